@@ -10,7 +10,7 @@ to compile), or a list of selections. A selection combines any policies, such as
 set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 
 # Values and the C++ types behind them (benchmarks/variants/gpu_kernel.h).
-set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
+set(hiprt_axes queries layouts stacks schedules tests orders features blocks answers)
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
 # -paths: the state per level of instances (PathMemory) is in shared memory.
@@ -34,6 +34,8 @@ set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMa
   custom-filter=WithCustomAndFilter placed=Placed levels1=WithLevels<1> levels2=WithLevels<2> levels8=WithLevels<8>
   levels32=WithLevels<32> moving1=WithMotion<1> moving2=WithMotion<2> moving8=WithMotion<8>)
 set(hiprt_values_blocks 64x1 64x8 64x10 64x12 64x14 64x16 128x7 128x8)
+# id: rays of 32 bytes, results of 8. hit: Ray and Hit, as programs have them.
+set(hiprt_values_answers id=Answer::kId hit=Answer::kHit)
 
 # The value of an axis that a selection does not name.
 set(hiprt_default_queries closest any)
@@ -44,6 +46,7 @@ set(hiprt_default_tests accurate)
 set(hiprt_default_orders usual)
 set(hiprt_default_features masks)
 set(hiprt_default_blocks 64x14)
+set(hiprt_default_answers id)
 
 set(hiprt_selections_small
   "layouts=float,half,quantized schedules=postponed queries=closest"
@@ -58,6 +61,7 @@ set(hiprt_selections_small
   "features=levels1 stacks=shared-paths,tiered-paths schedules=batch16 queries=closest"
   "stacks=tiered queries=any"
   "features=placed queries=closest"
+  "answers=hit queries=closest"
   "features=custom schedules=postponed queries=all"
   "layouts=float tests=watertight-hardware queries=closest"
   "layouts=half tests=hardware schedules=immediate queries=closest")
@@ -75,6 +79,7 @@ set(hiprt_selections_full
   "layouts=planes,quantized stacks=private,shared-paths schedules=immediate,postponed,batch12,batch16 features=levels1"
   "stacks=tiered-paths,tiered22-paths schedules=postponed,batch12 features=levels1"
   "schedules=postponed,batch12 features=placed"
+  "layouts=planes,quantized schedules=postponed,batch12 tests=accurate,fast answers=hit"
   "stacks=shared-paths,tiered-paths,tiered22-paths features=moving1 blocks=64x10"
   "stacks=tiered,tiered22 schedules=batch1v0 queries=closest features=levels8 blocks=64x12"
   "layouts=planes,quantized schedules=postponed,batch12 features=moving1 blocks=64x12,64x10"
@@ -136,12 +141,16 @@ function(hiprt_usual_order variable)
   endif()
 endfunction()
 
-# hiprt_can_be(<variable>): whether the caller's values query, layout, stack, schedule, tests, order and features are a
-# valid combination.
+# hiprt_can_be(<variable>): whether the caller's values query, layout, stack, schedule, tests, order, features and
+# answers are a valid combination.
 function(hiprt_can_be variable)
   set(${variable} FALSE PARENT_SCOPE)
   # trace_batch() finds one hit per ray.
   if(query STREQUAL "all" AND schedule MATCHES "^batch")
+    return()
+  endif()
+  # The results of all hits are sums.
+  if(answers STREQUAL "hit" AND query STREQUAL "all")
     return()
   endif()
   # AMD's ray instruction supports two layouts, and its box test sorts.
@@ -168,8 +177,8 @@ function(hiprt_can_be variable)
   set(${variable} TRUE PARENT_SCOPE)
 endfunction()
 
-# hiprt_variant_line(<variable>): the C++ line for the values query, layout, stack, schedule, tests, order, features and
-# blocks of the caller; empty for an impossible combination.
+# hiprt_variant_line(<variable>): the C++ line for the values query, layout, stack, schedule, tests, order, features,
+# blocks and answers of the caller; empty for an impossible combination.
 function(hiprt_variant_line variable)
   set(${variable} "" PARENT_SCOPE)
   if(order STREQUAL "usual")
@@ -183,14 +192,15 @@ function(hiprt_variant_line variable)
   hiprt_axis_type(orders ${order} order_type)
   hiprt_axis_type(features ${features} features_type)
   hiprt_axis_type(blocks ${blocks} bounds)
+  hiprt_axis_type(answers ${answers} answers_type)
   hiprt_can_be(can_be)
   if(NOT can_be)
     return()
   endif()
   set(policies "VariantPolicies<${layout_type}, ${stack_type}, ${schedule_type}, ${tests_type}, ${order_type}, \
-${features_type}>")
+${features_type}, ${answers_type}>")
   set(name "\"${query}\", \"${layout}\", \"${tests}\", \"${stack}\", \"${schedule}\", \"${order}\", \
-\"${features}\", \"${blocks}\"")
+\"${features}\", \"${blocks}\", \"${answers}\"")
   set(${variable} "  add_kernel<${policies}, ${query_type}, ${bounds}>(kernels, {${name}})" PARENT_SCOPE)
 endfunction()
 
@@ -205,9 +215,11 @@ function(hiprt_expand_selection text)
           foreach(order IN LISTS selected_orders)
             foreach(features IN LISTS selected_features)
               foreach(blocks IN LISTS selected_blocks)
-                foreach(query IN LISTS selected_queries)
-                  hiprt_variant_line(line)
-                  list(APPEND ${list} "${line}")
+                foreach(answers IN LISTS selected_answers)
+                  foreach(query IN LISTS selected_queries)
+                    hiprt_variant_line(line)
+                    list(APPEND ${list} "${line}")
+                  endforeach()
                 endforeach()
               endforeach()
             endforeach()

@@ -54,7 +54,7 @@ if(TARGET hiprt_api)
 endif()
 
 if(HIPRT_BUILD_TOOLS)
-  install(TARGETS bvhbuild bvhinfo bvhrender bvhtrace EXPORT hiprtToolsTargets
+  install(TARGETS bvhbuild bvhinfo bvhquery bvhrender bvhtrace EXPORT hiprtToolsTargets
     RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
   install(EXPORT hiprtToolsTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT tools)
 endif()

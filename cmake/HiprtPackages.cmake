@@ -33,7 +33,7 @@ if(HIPRT_BUILD_TOOLS AND (NOT CMAKE_CROSSCOMPILING OR CMAKE_CROSSCOMPILING_EMULA
   find_program(HIPRT_GZIP gzip REQUIRED)
   mark_as_advanced(HIPRT_GZIP)
   set(manuals "")
-  foreach(tool IN ITEMS bvhbuild bvhinfo bvhrender bvhtrace)
+  foreach(tool IN ITEMS bvhbuild bvhinfo bvhquery bvhrender bvhtrace)
     set(page ${hiprt_package_files}/man/${tool}.1.gz)
     set(bash ${hiprt_package_files}/bash/${tool})
     set(zsh ${hiprt_package_files}/zsh/_${tool})
@@ -108,8 +108,8 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME hiprt-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_TOOLS_DESCRIPTION "command line tools that build, check, trace and render BVH files
 bvhbuild builds a bounding volume hierarchy of meshes, shapes or scenes of
-instances; bvhinfo describes and checks it; bvhtrace traces rays; bvhrender
-renders pictures.")
+instances; bvhinfo describes and checks it; bvhtrace traces rays; bvhquery
+finds what is near points and in boxes; bvhrender renders pictures.")
 
 set(hiprt_package_groups library dev tools)
 if(TARGET hiprt_api)

@@ -31,8 +31,9 @@ if(HIPRT_FUZZERS)
   if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
     message(FATAL_ERROR "HIPRT_FUZZERS=ON needs clang (-DCMAKE_CXX_COMPILER=clang++): libFuzzer is a part of it")
   endif()
-  # Coverage in every object of a fuzz target. The target itself adds -fsanitize=fuzzer.
-  target_compile_options(hiprt_sanitizers INTERFACE -fsanitize=fuzzer-no-link)
+  # For the libraries whose code the fuzz targets explore. The targets themselves add -fsanitize=fuzzer. Programs
+  # without libFuzzer link such objects too: AddressSanitizer has the functions that they call.
+  set(HIPRT_FUZZER_COVERAGE -fsanitize=fuzzer-no-link)
 endif()
 
 # hiprt_target(<target>...): applies the settings to compiled targets.
@@ -42,6 +43,9 @@ function(hiprt_target)
     set_target_properties(${target} PROPERTIES
       CXX_EXTENSIONS OFF CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:hiprt_warnings> $<BUILD_INTERFACE:hiprt_sanitizers>)
+    if(TARGET hiprt_precompiled)
+      add_dependencies(${target} hiprt_precompiled)
+    endif()
     get_target_property(type ${target} TYPE)
     if(type STREQUAL "EXECUTABLE" AND TARGET hiprt_tsan_tbb)
       target_link_libraries(${target} PRIVATE hiprt_tsan_tbb)

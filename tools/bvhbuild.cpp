@@ -1,5 +1,6 @@
 /// bvhbuild: builds a BVH file over meshes, shapes or a scene of instances.
 
+#include <tools/base/errors.h>
 #include <tools/base/interrupt.h>
 #include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
@@ -7,15 +8,19 @@
 #include <tools/build/build_meshes.h>
 #include <tools/build/build_progress.h>
 #include <tools/build/build_scene.h>
+#include <tools/build/bvh_cache.h>
 #include <tools/build/shape_geometries.h>
-#include <tools/cli/build_command.h>
-#include <tools/cli/build_report.h>
+#include <tools/cli/build/build_command.h>
+#include <tools/cli/build/build_report.h>
+#include <tools/cli/build/mesh_inputs.h>
+#include <tools/cli/build/refit_command.h>
+#include <tools/cli/build/scene_input.h>
+#include <tools/cli/build/shape_inputs.h>
 #include <tools/cli/cli.h>
-#include <tools/cli/mesh_inputs.h>
 #include <tools/cli/progress.h>
-#include <tools/cli/refit_command.h>
-#include <tools/cli/scene_input.h>
-#include <tools/cli/shape_inputs.h>
+#include <tools/cli/ranks/join_ranks.h>
+#include <tools/distributed/launch.h>
+#include <tools/farm/farm_command.h>
 #include <tools/scene_io/exchange_json.h>
 #include <tools/scene_io/scene/scene_bake.h>
 #include <tools/scene_io/scene/scene_flatten.h>
@@ -29,6 +34,7 @@
 #include <nlohmann/json.hpp>
 
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -57,7 +63,10 @@ constexpr ToolInfo kInfo{
     "  bvhbuild forest.json -o forest.bvh --levels 1 --quality high     # a described scene of instances\n"
     "  bvhbuild wig.hair head.obj -o wig.bvh                            # curves and a mesh\n"
     "  bvhbuild frame1.bvh --refit frame2.obj -o frame2.bvh             # the next frame of an animation\n"
-    "  bvhbuild bunny.obj -o mine.bvh --import tree.json                # a tree of your own\n"};
+    "  bvhbuild bunny.obj -o mine.bvh --import tree.json                # a tree of your own\n"
+    "  bvhbuild forest.json -o forest.bvh --cache built                 # builds only objects that are new\n"
+    "  mpirun -n 8 bvhbuild --manifest assets.json --cache built        # many assets on 8 ranks\n"
+    "  bvhbuild --cache built --prune 20G                               # keeps the 20 GiB that were used last\n"};
 
 void warn_dropped(const Cli& cli, const build::BuildStatistics& statistics) {
   const std::uint64_t not_finite = statistics.dropped_not_finite, degenerate = statistics.dropped_degenerate;
@@ -79,6 +88,22 @@ void warn_kept(const Cli& cli, const SceneDescription& scene) {
   cli.warn(scene.path + ": " + std::to_string(merged.levels) +
            " levels are left; instances of groups that stay: " + std::to_string(merged.kept_moving) + " for motion, " +
            std::to_string(merged.kept_masks) + " for masks that no one mask stands for");
+}
+
+/// Warns of damaged entries of the cache, and of a cache that cannot be written.
+void warn_cache(const Cli& cli, const CacheCounts& cache) {
+  if (cache.damaged != 0)
+    cli.warn("damaged entries of the cache that were built again: " + std::to_string(cache.damaged) +
+             ", the first: " + cache.first_damage);
+  if (!cache.first_not_stored.empty()) cli.warn("the cache cannot be written: " + cache.first_not_stored);
+}
+
+/// @return the cache of --cache, or nothing.
+build::Result<std::optional<BvhCache>> open_cache(const BuildCommand& command) {
+  if (command.cache.empty()) return std::nullopt;
+  auto cache = BvhCache::open(command.cache);
+  if (!cache) return tl::unexpected(cache.error());
+  return std::move(*cache);
 }
 
 /// @return the tree of --import, or nothing.
@@ -115,10 +140,15 @@ build::Result<void> build_flat(const Cli& cli, const BuildCommand& command, cons
   const std::string tool = tool_version(kInfo);
   BuildRequest request = make_request(command, tool);
   request.options.progress = build_progress(bar.sink());
-  const auto built = build_meshes(scene, request, tree);
+  const auto cache = open_cache(command);
+  if (!cache) return tl::unexpected(cache.error());
+  if (*cache) request.cache = &**cache;
+  CacheCounts counts;
+  const auto built = tree ? build_meshes(scene, request, tree) : build_or_reuse(scene, request, counts);
   bar.clear();
   if (!built) return tl::unexpected(built.error());
   release();
+  warn_cache(cli, counts);
   warn_dropped(cli, built->bvh.statistics);
   if (const build::Builder used = built->bvh.statistics.builder; used != built->builder)
     cli.warn(std::string(built->on_gpu ? "the GPU" : "Embree") + " gave up on " + build::name(built->builder) +
@@ -189,9 +219,14 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
   if (auto prepared = prepare_scene(cli, command, *scene); !prepared) return prepared;
   const double read_seconds = watch.lap();
   const std::string tool = tool_version(kInfo);
-  const auto built = build_scene(*scene, make_request(command, tool), bar.sink());
+  BuildRequest request = make_request(command, tool);
+  const auto cache = open_cache(command);
+  if (!cache) return tl::unexpected(cache.error());
+  if (*cache) request.cache = &**cache;
+  const auto built = build_scene(*scene, request, bar.sink());
   bar.clear();
   if (!built) return tl::unexpected(built.error());
+  warn_cache(cli, built->cache);
   warn_dropped(cli, built->objects);
   if (built->other_builder != 0)
     cli.warn(std::string(built->on_gpu ? "the GPU" : "Embree") + " gave up on " + build::name(built->builder) +
@@ -222,8 +257,18 @@ int main(int argc, char** argv) {
   BuildCommand command;
   Cli cli(kInfo);
   add_build_options(cli.app(), command);
-  return cli.run(argc, argv, [&] {
+  std::unique_ptr<Ranks> ranks;
+  const int status = cli.run(argc, argv, [&]() -> build::Result<void> {
+    if (command.inputs.empty()) {
+      if (auto joined = join_ranks(cli, command.lossy_ranks, ranks); !joined) return joined;
+      return run_farm_command(cli, command, tool_version(kInfo), *ranks);
+    }
+    if (const auto launch = launch_of_environment(); launch && launch->size > 1 && is_first_of_launch())
+      return invalid_input("it was started as " + std::to_string(launch->size) +
+                           " ranks, which share only the assets of --manifest: start it alone");
+    if (!is_first_of_launch()) return {};
     if (command.moved.empty()) return run(cli, command);
     return run_refit(cli, {command.inputs.front(), command.output, command.moved, command.threads, command.max_memory});
   });
+  return leave_run(ranks.get(), status);
 }

@@ -2,12 +2,13 @@
 
 #include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
-#include <tools/cli/build_names.h>
-#include <tools/cli/bvh_dump.h>
+#include <tools/cli/build/build_names.h>
+#include <tools/cli/build/scene_figures.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
+#include <tools/cli/info/bvh_dump.h>
+#include <tools/cli/info/upgrade_command.h>
 #include <tools/cli/report.h>
-#include <tools/cli/scene_figures.h>
 #include <tools/scene_io/exchange_json.h>
 
 #include <hiprt_build/statistics.h>
@@ -33,17 +34,22 @@ constexpr ToolInfo kInfo{
     "Header and section table are always checked: if they are wrong, the exit status is 1. Statistics that need a\n"
     "walk through the tree (depth, fill, SAH cost, overlap) need content that passes validation. Otherwise they are\n"
     "missing, and a warning says why. With --validate, --dump or --export invalid content is an error with exit\n"
-    "status 1.",
+    "status 1.\n"
+    "\n"
+    "--upgrade validates a file and writes it in the newest version of the format. Rays have the same hits in both.",
     "  bvhinfo scene.bvh                              # describe a file\n"
     "  bvhinfo --validate scene.bvh && echo valid     # check a file\n"
     "  bvhinfo --json scene.bvh | jq .tree.sah_cost   # one number for a script\n"
-    "  bvhinfo --dump --json scene.bvh | head         # every node and leaf\n"
-    "  bvhinfo scene.bvh --export tree.json           # the tree, for bvhbuild --import\n"};
+    "  bvhinfo --dump --json scene.bvh | head         # every node, leaf and instance\n"
+    "  bvhinfo scene.bvh --export tree.json           # the tree, for bvhbuild --import\n"
+    "  bvhinfo --upgrade old.bvh new.bvh              # the same BVH in the newest version of the format\n"};
 
 struct Options {
   std::string path;
   bool validate = false, dump = false;
-  std::string exported;          ///< Empty: none.
+  std::string exported;  ///< Empty: none.
+  bool upgrade = false;
+  std::string upgraded;          ///< The output of upgrade.
   std::uint64_t max_memory = 0;  ///< Bytes that readers may take; 0: half of the machine's.
 };
 
@@ -52,15 +58,26 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--validate", options.validate, "Fail unless the whole content is valid")
       ->disable_flag_override()
       ->group(kInputGroup);
-  CLI::Option* dump =
-      app.add_flag("--dump", options.dump, "Print every node and leaf instead. With --json one object per line")
-          ->disable_flag_override()
+  CLI::Option* dump = app.add_flag("--dump", options.dump,
+                                   "Print every node, leaf and instance instead. With --json one object per line")
+                          ->disable_flag_override()
+                          ->group(kOutputGroup);
+  CLI::Option* exported =
+      app.add_option("--export", options.exported,
+                     "Write the tree to this file instead, as JSON that bvhbuild --import takes with the same meshes")
+          ->excludes(dump)
+          ->type_name("FILE")
           ->group(kOutputGroup);
-  app.add_option("--export", options.exported,
-                 "Write the tree to this file instead, as JSON that bvhbuild --import takes with the same meshes")
-      ->excludes(dump)
-      ->type_name("FILE")
-      ->group(kOutputGroup);
+  CLI::Option* upgrade = app.add_flag("--upgrade", options.upgrade, "Write FILE to OUT in the newest version instead")
+                             ->disable_flag_override()
+                             ->excludes(dump)
+                             ->excludes(exported)
+                             ->group(kOutputGroup);
+  CLI::Option* out = app.add_option("OUT", options.upgraded, "File that --upgrade writes")
+                         ->needs(upgrade)
+                         ->type_name("")
+                         ->group(kOutputGroup);
+  upgrade->needs(out);
   add_memory_option(app, options.max_memory);
 }
 
@@ -278,6 +295,7 @@ build::Result<void> write_tree(const Cli& cli, const Options& options, const Buf
 }
 
 build::Result<void> run(const Cli& cli, const Options& options) {
+  if (options.upgrade) return run_upgrade(cli, options.path, options.upgraded);
   std::optional<MemoryLimit> reading(std::in_place, options.max_memory);
   const auto file = open_bvh(options.path);
   reading.reset();

@@ -4,17 +4,21 @@
 #include <tools/base/interrupt.h>
 #include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
-#include <tools/build/build_progress.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
 #include <tools/cli/progress.h>
-#include <tools/cli/render_command.h>
-#include <tools/cli/render_output.h>
+#include <tools/cli/ranks/join_ranks.h>
+#include <tools/cli/ranks/picture_key.h>
+#include <tools/cli/ranks/rank_start.h>
+#include <tools/cli/render/render_command.h>
+#include <tools/cli/render/render_output.h>
+#include <tools/cli/render/render_scene.h>
+#include <tools/cli/render/unit_render.h>
 #include <tools/cli/trace_device.h>
-#include <tools/render/studio/tree_boxes.h>
 
 #include <hiprt_build/format/view.h>
 
+#include <memory>
 #include <optional>
 
 namespace {
@@ -45,8 +49,9 @@ constexpr ToolInfo kInfo{
     "  cost.triangles, cost.fill       triangles in those leaves; used fraction of the leaves' capacity\n"
     "  cost.instances, cost.steps      instances that the ray entered; sum of box tests, leaf tests and instances\n"
     "\n"
-    "The picture depends on the seed, but not on the device or the number of threads. The CPU counts tests: it traces\n"
-    "all rays of heatmap, and for the cost layers of an EXR file the rays through the pixels' centres.",
+    "The picture depends on the seed, but not on the device or the number of threads and processes. The CPU counts\n"
+    "tests: it traces all rays of heatmap, and for the cost layers of an EXR file the rays through the pixels' "
+    "centres.",
     "  bvhrender bunny.bvh -o bunny.png                                       # a quick picture\n"
     "  bvhrender bunny.bvh -o bunny.exr -o bunny.png --size 1920x1080 --spp 256\n"
     "  bvhrender bunny.bvh -o cost.png --mode heatmap                         # where rays are expensive\n"
@@ -54,80 +59,47 @@ constexpr ToolInfo kInfo{
     "  bvhrender scene.bvh -o view.png --camera '0,1,5/0,1,0/0,1,0/40'        # another camera\n"
     "  bvhrender wheel.bvh -o blurred.png --shutter 0,0.02 --spp 256          # motion blur\n"
     "  bvhrender house.bvh -o house.exr --integrator path --materials house.glb --environment sky.exr --spp 1024\n"
+    "  bvhrender bunny.bvh -o bunny.exr --spp 65536 --resume bunny.part       # goes on after a stop\n"
+    "  mpirun -n 4 bvhrender bunny.bvh -o bunny.exr --spp 65536               # on four processes\n"
     "  bvhrender bunny.bvh -o bunny.png --spp 16 --compare bunny.exr --difference flip.png\n"};
 
-/// @return the GPU that traces, or nothing: the CPU traces.
-build::Result<std::optional<GpuTracer>> choose_tracer(const RenderCommand& command, const BufferView& view) {
-  const DeviceChoice choice = value_of(kDeviceChoices, command.device);
-  if (command.render.mode != RenderMode::kHeatmap) return choose_device(choice, view);
-  if (choice == DeviceChoice::kGpu)
-    return invalid_input("--mode heatmap counts tests, which only the CPU does: use --device auto or cpu");
-  return std::nullopt;
-}
+/// The scene, the camera, and what traces the scene.
+struct Stage {
+  BvhFile file;
+  Camera camera;
+  Subject subject;
+  std::optional<GpuTracer> gpu;
 
-/// What is rendered: the scene, or the boxes of its tree as a scene of their own.
-struct Subject {
-  std::optional<TreeBoxes> boxes;
-  build::Buffer buffer;  ///< BVH of the boxes.
-  BufferView view;
+  GpuTracer* tracer() { return gpu ? &*gpu : nullptr; }
 };
 
-build::Result<Subject> choose_subject(const RenderCommand& command, const BufferView& scene) {
-  Subject subject{{}, {}, scene};
-  if (command.render.mode != RenderMode::kBoxes) return subject;
-  const Shutter& shutter = command.render.shutter;
-  auto boxes = boxes_of_level(scene, command.tree_level(), 0.5f * shutter.open + 0.5f * shutter.close);
-  if (!boxes) return fail(boxes.error().code, command.path + ": " + boxes.error().message);
-  subject.boxes = std::move(*boxes);
-  ProgressBar bar;
-  const build::TriangleMesh mesh{.positions = subject.boxes->corners, .triangles = subject.boxes->triangles};
-  build::BuildOptions options{.builder = build::Builder::kHploc, .threads = command.render.threads};
-  options.progress = build_progress([&](const char*, double fraction) { bar.update("boxes", fraction); });
-  auto bvh = build::build({&mesh, 1}, options);
-  if (!bvh) return tl::unexpected(std::move(bvh.error()));
-  subject.buffer = std::move(bvh->buffer);
-  const auto view = open_buffer(std::as_const(subject.buffer).bytes());
-  if (!view) return invalid_input(to_string(view.error()));
-  subject.view = *view;
-  return subject;
+/// Fills subject and tracer. @pre file and camera are there.
+build::Result<void> choose_subject_and_tracer(RenderCommand& command, const GpuChoice& gpus, Stage& stage) {
+  auto subject = choose_subject(command, stage.file.view);
+  if (!subject) return tl::unexpected(std::move(subject.error()));
+  stage.subject = std::move(*subject);
+  if (stage.subject.boxes) command.render.boxes = &*stage.subject.boxes;
+  auto gpu = choose_tracer(command, stage.subject.view, gpus);
+  if (!gpu) return tl::unexpected(std::move(gpu.error()));
+  stage.gpu = std::move(*gpu);
+  return {};
 }
 
-build::Result<Rendering> render_with_bar(const RenderCommand& command, const BufferView& view, const Camera& camera,
-                                         std::optional<GpuTracer>& gpu) {
-  ProgressBar bar;
-  GpuTracer* const tracer = gpu ? &*gpu : nullptr;
-  if (command.paths.chosen()) {
-    // An error is ignored here: writing the final picture reports it.
-    const auto keep = [&](const Rendering& so_far) {
-      static_cast<void>(write_pictures(kInfo, command, camera, so_far.image, /*stops=*/true));
-    };
-    return command.paths.render(view, camera, command.render, tracer, bar, keep);
-  }
-  const auto progress = [&](double done) { bar.update("render", done); };
-  return render(make_scene_view(view), camera, command.render, progress, tracer);
+/// Checks the checkpoint's path. It may exist, and then it is read later.
+build::Result<void> check_resume(const RenderCommand& command) {
+  if (command.resume.file.empty()) return {};
+  std::vector<std::string> others = command.outputs;
+  others.push_back(command.path);
+  return check_output(command.resume.file, others);
 }
 
 /// Checks the outputs before long work begins.
 build::Result<void> check_outputs(RenderCommand& command) {
   for (const std::string& output : command.outputs)
     if (auto checked = check_output(output, std::span(&command.path, 1)); !checked) return checked;
+  if (auto checked = check_resume(command); !checked) return checked;
   const MemoryLimit reading(command.max_memory);
   return command.compare.prepare(command.render.width, command.render.height, command.path, command.outputs);
-}
-
-/// Writes, compares and prints the picture.
-build::Result<void> finish(const Cli& cli, RenderCommand& command, const Camera& camera, const Rendering& rendering,
-                           const std::optional<GpuTracer>& gpu) {
-  const bool whole = rendering.samples == command.render.samples;
-  const auto pictures = write_pictures(kInfo, command, camera, rendering.image, whole);
-  if (!pictures) return tl::unexpected(pictures.error());
-  if (!whole)
-    return fail(build::ErrorCode::kCancelled, "cancelled: " + command.outputs[0] + " has " +
-                                                  std::to_string(rendering.samples) + " of " +
-                                                  std::to_string(command.render.samples) + " samples");
-  if (auto compared = command.compare.run(rendering.image, command.render.threads); !compared) return compared;
-  print(cli, {command, camera, rendering, device_word(gpu), device_name(gpu), *pictures});
-  return {};
 }
 
 /// Reads what --integrator path needs.
@@ -139,25 +111,140 @@ build::Result<void> prepare_paths(const Cli& cli, RenderCommand& command, const 
                                [&](const std::string& warning) { cli.warn(warning); });
 }
 
-build::Result<void> run(const Cli& cli, RenderCommand& command) {
+/// bvhrender on rank 0, which is the only one of a program that was started alone.
+class FirstRank {
+ public:
+  FirstRank(const Cli& cli, RenderCommand& command, Ranks& ranks)
+      : cli_(cli),
+        command_(command),
+        ranks_(ranks),
+        watch_(ranks, command.ranks.lossy, [&cli](const std::string& message) { cli.warn(message); }),
+        start_(watch_) {}
+
+  build::Result<void> run() {
+    if (auto checked = check_outputs(command_); !checked) return checked;
+    if (auto ready = prepare(); !ready) return ready;
+    if (!command_.resume.file.empty()) checkpoint_.emplace(command_.resume.file, key(), command_.resume.seconds);
+    const auto rendering = render_with_bar();
+    ranks_.stop_others();
+    if (!rendering) return tl::unexpected(rendering.error());
+    if (auto finished = finish(*rendering); !finished) return finished;
+    if (checkpoint_) checkpoint_->remove();
+    return {};
+  }
+
+ private:
+  bool alone() const { return ranks_.size() == 1; }
+  PictureKey key() const { return picture_key(tool_version(kInfo), stage_.file.view.bytes, command_, stage_.camera); }
+
+  build::Result<void> prepare() {
+    GpuChoice gpus;
+    if (!alone()) {
+      const auto share = start_.gather(own_means(ranks_, command_.device != "cpu"));
+      if (!share) return tl::unexpected(share.error());
+      gpus = take_share(*share, command_.render.threads);
+    }
+    // The ranks of a host share the pages of a mapped file.
+    auto file = alone() || command_.ranks.broadcast ? load_bvh(command_.path, command_.render.threads)
+                                                    : map_bvh(command_.path, command_.render.threads);
+    if (!file) return tl::unexpected(std::move(file.error()));
+    stage_.file = std::move(*file);
+    if (command_.render.mode != RenderMode::kBoxes)
+      if (auto checked = check_traceable(command_.path, stage_.file.view); !checked) return checked;
+    const auto camera = choose_camera(command_, stage_.file.view.header->bounds);
+    if (!camera) return tl::unexpected(camera.error());
+    stage_.camera = *camera;
+    if (!alone()) start_.begin(stage_.file, stage_.camera, command_.ranks.broadcast);
+    if (auto chosen = choose_subject_and_tracer(command_, gpus, stage_); !chosen) return chosen;
+    if (auto ready = prepare_paths(cli_, command_, stage_.subject.view, stage_.camera); !ready) return ready;
+    if (!alone() && command_.paths.chosen()) start_.send(command_.paths.data());
+    return {};
+  }
+
+  build::Result<Rendering> render_with_bar() {
+    ProgressBar bar;
+    const auto progress = [&](double done) { bar.update("render", done); };
+    // An error is ignored here: writing the final picture reports it.
+    const auto keep = [&](const Rendering& so_far) {
+      static_cast<void>(write_pictures(kInfo, command_, stage_.camera, so_far.image, /*stops=*/true));
+    };
+    if (!alone() || checkpoint_) return render_by_units(progress, keep);
+    const BufferView& view = stage_.subject.view;
+    if (command_.paths.chosen())
+      return command_.paths.render(view, stage_.camera, command_.render, stage_.tracer(), bar, keep);
+    return render(make_scene_view(view), stage_.camera, command_.render, progress, stage_.tracer());
+  }
+
+  build::Result<Rendering> render_by_units(const std::function<void(double)>& progress,
+                                           const std::function<void(const Rendering&)>& keep) {
+    auto parts = PictureParts::make(command_, stage_.subject.view, stage_.camera, stage_.tracer());
+    if (!parts) return tl::unexpected(std::move(parts.error()));
+    std::optional<RankCrew> crew;
+    if (!alone()) {
+      auto workers = start_.wait(key(), (*parts)->work().workers());
+      if (!workers) return tl::unexpected(std::move(workers.error()));
+      crew.emplace(watch_, std::move(*workers), (*parts)->work().pixel_bytes());
+    }
+    const auto warn = [&](const std::string& message) { cli_.warn(message); };
+    return render_units(command_, **parts, stage_.camera,
+                        {crew ? &*crew : nullptr, checkpoint_ ? &*checkpoint_ : nullptr, progress, warn, keep});
+  }
+
+  /// Writes, compares and prints the picture.
+  build::Result<void> finish(const Rendering& rendering) {
+    const bool whole = rendering.samples == command_.render.samples;
+    const auto pictures = write_pictures(kInfo, command_, stage_.camera, rendering.image, whole);
+    if (!pictures) return tl::unexpected(pictures.error());
+    if (!whole)
+      return fail(build::ErrorCode::kCancelled,
+                  "cancelled: " + command_.outputs[0] + " has " + std::to_string(rendering.samples) + " of " +
+                      std::to_string(command_.render.samples) + " samples" + resume_hint(command_.resume));
+    if (auto compared = command_.compare.run(rendering.image, command_.render.threads); !compared) return compared;
+    print(cli_, {command_, stage_.camera, rendering, device_word(stage_.gpu), device_name(stage_.gpu), ranks_.size(),
+                 *pictures});
+    return {};
+  }
+
+  const Cli& cli_;
+  RenderCommand& command_;
+  Ranks& ranks_;
+  RankWatch watch_;
+  LeadStart start_;
+  Stage stage_{};
+  std::optional<Checkpoint> checkpoint_;
+};
+
+/// bvhrender on another rank.
+build::Result<void> follow(RenderCommand& command, Ranks& ranks) {
+  FollowStart start(ranks);
+  const auto begin = start.begin(own_means(ranks, command.device != "cpu"));
+  if (!begin) return tl::unexpected(begin.error());
+  const GpuChoice gpus = take_share(begin->share, command.render.threads);
+  Stage stage{};
+  auto file = start.scene(*begin, command.path);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  stage.file = std::move(*file);
+  stage.camera = begin->camera;
+  if (auto chosen = choose_subject_and_tracer(command, gpus, stage); !chosen) return chosen;
+  if (command.paths.chosen()) {
+    auto data = start.path_data();
+    if (!data) return tl::unexpected(std::move(data.error()));
+    command.paths.set_data(std::move(*data));
+  }
+  auto parts = PictureParts::make(command, stage.subject.view, stage.camera, stage.tracer());
+  if (!parts) return tl::unexpected(std::move(parts.error()));
+  start.ready(picture_key(tool_version(kInfo), stage.file.view.bytes, command, stage.camera),
+              (*parts)->work().workers());
+  return compute_for_first_rank(ranks, (*parts)->work());
+}
+
+build::Result<void> run(const Cli& cli, RenderCommand& command, Ranks& ranks) {
   const InterruptGuard guard;
   command.finish();
-  if (auto checked = check_outputs(command); !checked) return checked;
-  const auto file = load_bvh(command.path, command.render.threads);
-  if (!file) return tl::unexpected(file.error());
-  if (command.render.mode != RenderMode::kBoxes)
-    if (auto checked = check_traceable(command.path, file->view); !checked) return checked;
-  const auto camera = choose_camera(command, file->view.header->bounds);
-  if (!camera) return tl::unexpected(camera.error());
-  const auto subject = choose_subject(command, file->view);
-  if (!subject) return tl::unexpected(subject.error());
-  if (subject->boxes) command.render.boxes = &*subject->boxes;
-  auto gpu = choose_tracer(command, subject->view);
-  if (!gpu) return tl::unexpected(gpu.error());
-  if (auto ready = prepare_paths(cli, command, subject->view, *camera); !ready) return ready;
-  const auto rendering = render_with_bar(command, subject->view, *camera, *gpu);
-  if (!rendering) return tl::unexpected(rendering.error());
-  return finish(cli, command, *camera, *rendering, *gpu);
+  if (!ranks.is_first()) return end_follower(ranks, follow(command, ranks));
+  auto done = FirstRank(cli, command, ranks).run();
+  ranks.stop_others();
+  return done;
 }
 
 }  // namespace
@@ -166,5 +253,10 @@ int main(int argc, char** argv) {
   RenderCommand command;
   Cli cli(kInfo);
   add_render_options(cli.app(), command);
-  return cli.run(argc, argv, [&] { return run(cli, command); });
+  std::unique_ptr<Ranks> ranks;
+  const int status = cli.run(argc, argv, [&]() -> build::Result<void> {
+    if (auto joined = join_ranks(cli, command.ranks.lossy, ranks); !joined) return joined;
+    return run(cli, command, *ranks);
+  });
+  return leave_run(ranks.get(), status);
 }

@@ -1,31 +1,33 @@
 /// bvhtrace: traces the rays of a file through a BVH file.
 
+#include <tools/base/digest.h>
 #include <tools/base/interrupt.h>
 #include <tools/base/memory_limit.h>
-#include <tools/base/output_file.h>
 #include <tools/base/parallel.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
-#include <tools/cli/explain.h>
 #include <tools/cli/progress.h>
+#include <tools/cli/ranks/join_ranks.h>
+#include <tools/cli/ranks/rank_start.h>
+#include <tools/cli/trace/bulk_trace.h>
+#include <tools/cli/trace/explain.h>
+#include <tools/cli/trace/trace_command.h>
+#include <tools/cli/trace/trace_names.h>
+#include <tools/cli/trace/trace_records.h>
+#include <tools/cli/trace/trace_work.h>
 #include <tools/cli/trace_device.h>
-#include <tools/cli/trace_names.h>
-#include <tools/cli/trace_records.h>
 #include <tools/scene_io/rays_file.h>
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/host/host_part.h>
 #include <hiprt_device/scene_view.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <filesystem>
-#include <functional>
 #include <iostream>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -42,7 +44,8 @@ constexpr ToolInfo kInfo{
     "The reported speed of a GPU is that of its kernels, without copies.\n"
     "\n"
     "Files, all little-endian:\n"
-    "  rays   u32 count, u32 any-hit flag, count x 8 float32 {origin, tmin, direction, tmax}\n"
+    "  rays   u32 count, u32 any-hit flag, count x 8 float32 {origin, tmin, direction, tmax}; the count 0xffffffff\n"
+    "         also stands for more rays: as many as the file has\n"
     "  hits   count x {float32 t (inf: a miss), u32 primitive (0xffffffff: a miss)}\n"
     "  paths  u32 count, u32 levels, count x levels x {u32 instance, u32 id}\n"
     "Primitives are numbered over all geometries in order. In scenes of instances they are numbered in the file of\n"
@@ -59,83 +62,9 @@ constexpr ToolInfo kInfo{
     "  bvhtrace scene.bvh --rays primary.rays --hits out.hits --threads 1 --repeat 9    # measure one CPU thread\n"
     "  bvhtrace forest.bvh --rays primary.rays --hits out.hits --paths out.paths        # which instances were hit\n"
     "  bvhtrace wheel.bvh --rays primary.rays --hits out.hits --time 0.5                # a scene that moves\n"
+    "  mpirun -n 4 bvhtrace scene.bvh --rays all.rays --hits out.hits --resume out.part # in blocks, on four "
+    "processes\n"
     "  bvhtrace scene.bvh --rays primary.rays --explain 1234                            # why a ray misses\n"};
-
-/// Rays per task: enough to hide the cost of scheduling, few enough to balance the load.
-constexpr std::size_t kBatch = 4096;
-
-struct Options {
-  std::string path, rays, hits, paths;
-  std::string query = "auto", triangle_test = "watertight", box_test = "conservative", device = "auto";
-  unsigned threads = 0, repeat = 1;
-  std::uint64_t max_memory = 0;  ///< Bytes that readers may take; 0: half of the machine's.
-  float time = 0.0f;
-  std::optional<std::uint64_t> explained;
-};
-
-void add_file_options(CLI::App& app, Options& options) {
-  app.add_option("FILE", options.path, "BVH file to trace")->required()->type_name("")->group(kInputGroup);
-  app.add_option("--rays", options.rays, "Rays to trace")->required()->type_name("FILE")->group(kInputGroup);
-  app.add_option("--hits", options.hits, "File of hits to write")->type_name("FILE")->group(kOutputGroup);
-  app.add_option("--paths", options.paths, "File of paths to write: the instances that lead to each hit")
-      ->type_name("FILE")
-      ->group(kOutputGroup);
-  app.add_option("--explain", options.explained, "Print the traversal of this ray. Write nothing")
-      ->excludes("--hits")
-      ->excludes("--paths")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("N")
-      ->group(kOutputGroup);
-}
-
-void add_tracing_options(CLI::App& app, Options& options) {
-  constexpr const char* kGroup = "Tracing";
-  app.add_option("--query", options.query, "Kind of query. auto: as the any-hit flag of the ray file says")
-      ->check(CLI::IsMember(words(kQueries, {"auto"})))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--triangle-test", options.triangle_test,
-                 "Triangle test. fast may miss at edges and corners, reference decides exactly")
-      ->check(CLI::IsMember(words(kTriangleTests)))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--box-test", options.box_test, "Box test. plain may miss boxes that a ray grazes")
-      ->check(CLI::IsMember(words(kBoxTests)))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--time", options.time, "Time of all rays, for scenes that move")
-      ->type_name("T")
-      ->capture_default_str()
-      ->group(kGroup);
-  add_device_option(app, options.device);
-  add_threads_option(app, options.threads);
-  add_memory_option(app, options.max_memory);
-  app.add_option("--repeat", options.repeat, "Trace N times and report the median speed")
-      ->check(CLI::Range(1u, 1000000u))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kMachineGroup);
-  app.get_option("--explain")->excludes("--repeat");
-}
-
-void add_options(CLI::App& app, Options& options) {
-  add_file_options(app, options);
-  add_tracing_options(app, options);
-}
-
-/// Checks that involve several options.
-void check_options(const Options& options) {
-  if (options.hits.empty() && !options.explained) throw CLI::RequiredError("--hits (or --explain)");
-  if (options.explained && value_of(kDeviceChoices, options.device) == DeviceChoice::kGpu)
-    throw CLI::ValidationError("--explain traces the ray on the CPU: use --device auto or cpu");
-  if (value_of(kTriangleTests, options.triangle_test) == TriangleTestKind::kReference &&
-      value_of(kBoxTests, options.box_test) != BoxTestKind::kConservative)
-    throw CLI::ValidationError(
-        "--triangle-test reference is with --box-test conservative: with plain boxes hits would be lost");
-}
 
 struct Timing {
   std::vector<double> seconds;  ///< Of each repeat, in order.
@@ -148,39 +77,13 @@ double median_of(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-/// A batch of rays, and how to trace it.
-struct Work {
-  const SceneView& scene;
-  Query query;
-  TracePolicies policies;
-  std::span<const Ray> rays;
-  std::span<Hit> hits;
-  std::span<std::uint32_t> paths;  ///< scene.levels per ray.
-};
-
-/// @return seconds.
-build::Result<double> trace_on_cpu(const Work& work, const ThreadLimit& limit,
-                                   const std::function<void(double)>& progress) {
-  const auto start = std::chrono::steady_clock::now();
-  const std::size_t levels = work.scene.levels;
-  const auto trace_batch = [&](std::size_t begin, std::size_t end) {
-    const std::size_t count = end - begin;
-    trace(work.scene, work.query, work.policies, work.rays.subspan(begin, count), work.hits.subspan(begin, count), {},
-          work.paths.subspan(begin * levels, count * levels));
-  };
-  if (!parallel_batches(work.rays.size(), kBatch, limit, trace_batch, progress))
-    return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled"});
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-build::Result<Timing> trace_all(const Options& options, const ThreadLimit& limit, std::optional<GpuTracer>& gpu,
-                                const Work& work) {
+build::Result<Timing> trace_all(const TraceCommand& command, const ThreadLimit& limit, std::optional<GpuTracer>& gpu,
+                                const TraceWork& work) {
   ProgressBar bar;
   Timing timing;
-  for (unsigned i = 0; i < options.repeat; ++i) {
-    const auto progress = [&](double done) { bar.update("trace", (i + done) / options.repeat); };
-    const auto seconds = gpu ? gpu->trace(work.query, work.policies, work.rays, work.hits, progress, work.paths)
-                             : trace_on_cpu(work, limit, progress);
+  for (unsigned i = 0; i < command.repeat; ++i) {
+    const auto progress = [&](double done) { bar.update("trace", (i + done) / command.repeat); };
+    const auto seconds = trace_batch(work, gpu, limit, progress);
     if (!seconds) return tl::unexpected(seconds.error());
     timing.seconds.push_back(*seconds);
   }
@@ -193,89 +96,61 @@ struct Outcome {
   std::string device, device_name;
   unsigned threads;
   Timing timing;
-  std::size_t rays = 0, found = 0;
+  std::uint64_t rays = 0, found = 0;
   std::uint32_t levels = 0;
+  int ranks = 1;
 };
 
 double mrays_per_second(const Outcome& outcome) {
   return outcome.timing.median > 0 ? static_cast<double>(outcome.rays) / outcome.timing.median * 1e-6 : 0.0;
 }
 
-void print(const Cli& cli, const Options& options, const Outcome& outcome) {
+void print(const Cli& cli, const TraceCommand& command, const Outcome& outcome) {
   if (!cli.json()) {
     std::cout << std::to_string(outcome.rays) << " rays, " << outcome.found << " hits, "
               << word_of(kQueries, outcome.query) << " hit: " << mrays_per_second(outcome) << " Mrays/s (median of "
-              << options.repeat << ", " << outcome.device << " " << outcome.device_name << ")\n";
+              << command.repeat << ", " << outcome.device << " " << outcome.device_name
+              << (outcome.ranks == 1 ? "" : ", " + std::to_string(outcome.ranks) + " ranks") << ")\n";
     return;
   }
-  cli.print({{"file", options.path},
+  cli.print({{"file", command.path},
              {"rays", outcome.rays},
              {"hits", outcome.found},
              {"levels", outcome.levels},
              {"query", word_of(kQueries, outcome.query)},
-             {"triangle_test", options.triangle_test},
-             {"box_test", options.box_test},
+             {"triangle_test", command.triangle_test},
+             {"box_test", command.box_test},
              {"device", outcome.device},
              {"device_name", outcome.device_name},
              {"threads", outcome.threads},
+             {"ranks", outcome.ranks},
              {"instruction_set", trace_isa()},
              {"seconds", outcome.timing.seconds},
              {"median_seconds", outcome.timing.median},
              {"mrays_per_second", mrays_per_second(outcome)}});
 }
 
-/// Checks that the outputs can be written and are neither inputs nor the same file.
-build::Result<void> check_outputs(const Options& options) {
-  const std::array inputs{options.path, options.rays};
-  if (auto checked = check_output(options.hits, inputs); !checked) return checked;
-  if (options.paths.empty()) return {};
-  std::error_code ignored;
-  if (std::filesystem::weakly_canonical(options.paths, ignored) ==
-      std::filesystem::weakly_canonical(options.hits, ignored))
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kInvalidInput, options.paths + ": --hits and --paths are one file"});
-  return check_output(options.paths, inputs);
-}
-
-build::Result<void> write_all(const Options& options, const Work& work, Outcome& outcome) {
+build::Result<void> write_all(const TraceCommand& command, const TraceWork& work, Outcome& outcome) {
   const auto records = hit_records(work.scene, work.hits, work.paths);
   if (!records) return tl::unexpected(records.error());
   const auto found = [](const HitRecord& hit) { return hit.primitive != kInvalidId; };
-  outcome.found = static_cast<std::size_t>(std::count_if(records->begin(), records->end(), found));
-  if (auto written = write_hits(options.hits, *records); !written || options.paths.empty()) return written;
-  return write_paths(options.paths, static_cast<std::uint32_t>(outcome.rays), work.scene.levels,
+  outcome.found = static_cast<std::uint64_t>(std::count_if(records->begin(), records->end(), found));
+  if (auto written = write_hits(command.hits, *records); !written || command.paths.empty()) return written;
+  const auto count = std::min<std::uint64_t>(outcome.rays, std::numeric_limits<std::uint32_t>::max());
+  return write_paths(command.paths, static_cast<std::uint32_t>(count), work.scene.levels,
                      path_records(work.scene, work.paths));
 }
 
-Query query_of(const Options& options, const RayBatch& batch) {
-  const bool any = options.query == "auto" ? batch.any_hit : options.query == "any";
-  return any ? Query::kAny : Query::kClosest;
-}
-
-TracePolicies policies_of(const Options& options) {
-  return {value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
-}
-
-/// Scenes with shapes have no tracers for the less accurate tests.
-build::Result<void> check_policies(const Options& options, const FileHeader& header) {
-  const TracePolicies policies = policies_of(options);
-  if ((header.features & feature_bit(Feature::kCustom)) == 0 ||
-      (policies.triangle_test != TriangleTestKind::kFast && policies.box_test == BoxTestKind::kConservative))
-    return {};
-  return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
-                                     options.path +
-                                         ": has spheres or curves, which are traced with --triangle-test watertight or "
-                                         "reference and --box-test conservative only"});
-}
-
-build::Result<void> explain_one(const Cli& cli, const Options& options, const BufferView& view, const RayBatch& batch) {
-  const std::uint64_t number = *options.explained;
+build::Result<void> explain_one(const Cli& cli, const TraceCommand& command, const BufferView& view,
+                                const RayBatch& batch) {
+  const std::uint64_t number = *command.explained;
   if (number >= batch.rays.size())
     return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
-                                       options.rays + ": has " + std::to_string(batch.rays.size()) +
+                                       command.rays + ": has " + std::to_string(batch.rays.size()) +
                                            " rays, numbered from 0: there is no ray " + std::to_string(number)});
   const Ray& ray = batch.rays[static_cast<std::size_t>(number)];
-  const Explanation explanation = explain(make_scene_view(view), query_of(options, batch), policies_of(options), ray);
+  const Explanation explanation =
+      explain(make_scene_view(view), command.query_of(batch.any_hit), command.policies(), ray);
   const nlohmann::json told = explanation_json(view, ray, explanation);
   if (cli.json())
     cli.print(told);
@@ -284,52 +159,200 @@ build::Result<void> explain_one(const Cli& cli, const Options& options, const Bu
   return {};
 }
 
-build::Result<void> run(const Cli& cli, const Options& options) {
-  const InterruptGuard guard;
-  const ThreadLimit limit(options.threads);
-  if (!options.explained)
-    if (auto checked = check_outputs(options); !checked) return checked;
-  const auto file = load_bvh(options.path, options.threads);
+/// Whether the tools can trace the file as asked.
+build::Result<void> check_scene(const TraceCommand& command, const BufferView& view) {
+  if (auto checked = check_primitive_counts(command.path, view); !checked) return checked;
+  if (auto checked = check_traceable(command.path, view); !checked) return checked;
+  return check_policies(command, *view.header);
+}
+
+Outcome outcome_of(const TraceCommand& command, const SceneView& scene, const std::optional<GpuTracer>& gpu,
+                   bool any_hit) {
+  Outcome outcome;
+  outcome.query = command.query_of(any_hit);
+  outcome.levels = scene.levels;
+  outcome.device = device_word(gpu);
+  outcome.device_name = device_name(gpu);
+  return outcome;
+}
+
+/// To prepare a triangle for the host takes about as long as a ray gains by it.
+bool prepares(const std::optional<GpuTracer>& gpu, std::uint64_t rays, const BufferView& view) {
+  return !gpu && rays >= view.header->primitive_count;
+}
+
+/// Traces all rays at once.
+build::Result<void> run_at_once(const Cli& cli, const TraceCommand& command) {
+  const ThreadLimit limit(command.threads);
+  if (!command.explained)
+    if (auto checked = check_outputs(command); !checked) return checked;
+  const auto file = load_bvh(command.path, command.threads);
   if (!file) return tl::unexpected(file.error());
-  if (auto checked = check_primitive_counts(options.path, file->view); !checked) return checked;
-  if (auto checked = check_traceable(options.path, file->view); !checked) return checked;
-  if (auto checked = check_policies(options, *file->view.header); !checked) return checked;
-  std::optional<MemoryLimit> reading(std::in_place, options.max_memory);
-  auto batch = read_rays(options.rays);
+  if (auto checked = check_scene(command, file->view); !checked) return checked;
+  std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
+  auto batch = read_rays(command.rays);
   if (!batch) return tl::unexpected(batch.error());
   reading.reset();
-  for (Ray& ray : batch->rays) ray.time = options.time;
-  if (options.explained) return explain_one(cli, options, file->view, *batch);
-  auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view, policies_of(options));
+  for (Ray& ray : batch->rays) ray.time = command.time;
+  if (command.explained) return explain_one(cli, command, file->view, *batch);
+  auto gpu = choose_device(value_of(kDeviceChoices, command.device), file->view, command.policies());
   if (!gpu) return tl::unexpected(gpu.error());
   const HostPart host;
-  // To prepare a triangle for the host takes about as long as a ray gains by it.
-  const bool prepares = !gpu->has_value() && batch->rays.size() >= file->view.header->primitive_count;
-  const SceneView scene = prepares ? host.scene(file->view) : make_scene_view(file->view);
-  Outcome outcome;
-  outcome.query = query_of(options, *batch);
+  const SceneView scene =
+      prepares(*gpu, batch->rays.size(), file->view) ? host.scene(file->view) : make_scene_view(file->view);
+  Outcome outcome = outcome_of(command, scene, *gpu, batch->any_hit);
   outcome.rays = batch->rays.size();
-  outcome.levels = scene.levels;
   outcome.threads = limit.threads();
-  outcome.device = device_word(*gpu);
-  outcome.device_name = device_name(*gpu);
   std::vector<Hit> hits(batch->rays.size());
   std::vector<std::uint32_t> paths(batch->rays.size() * scene.levels);
-  const Work work{scene, outcome.query, policies_of(options), batch->rays, hits, paths};
-  auto timing = trace_all(options, limit, *gpu, work);
+  const TraceWork work{scene, outcome.query, command.policies(), batch->rays, hits, paths};
+  auto timing = trace_all(command, limit, *gpu, work);
   if (!timing) return tl::unexpected(timing.error());
   outcome.timing = std::move(*timing);
-  if (auto written = write_all(options, work, outcome); !written) return written;
-  print(cli, options, outcome);
+  if (auto written = write_all(command, work, outcome); !written) return written;
+  print(cli, command, outcome);
   return {};
+}
+
+/// Traces the rays in blocks, with the other ranks.
+class BlockRun {
+ public:
+  BlockRun(const Cli& cli, TraceCommand& command, Ranks& ranks) : cli_(cli), command_(command), ranks_(ranks) {}
+
+  build::Result<void> run() {
+    if (ranks_.is_first())
+      if (auto checked = check_outputs(command_); !checked) return checked;
+    // A fault of another rank reaches rank 0 as the result of its first block.
+    const auto scene = prepare();
+    if (!scene && ranks_.is_first()) return tl::unexpected(scene.error());
+    ProgressBar bar;
+    BulkOutput output;
+    output.hits = command_.hits;
+    output.paths = command_.paths;
+    output.resume = command_.resume;
+    output.lossy = command_.ranks.lossy;
+    output.warn = [&](const std::string& message) { cli_.warn(message); };
+    if (ranks_.is_first()) {
+      output.key = key();
+      output.progress = [&](double done) { bar.update("trace", done); };
+    }
+    const auto result = trace_in_blocks(ranks_, scene, output);
+    bar.clear();
+    if (!result) return tl::unexpected(result.error());
+    if (ranks_.is_first()) report(*result);
+    return {};
+  }
+
+ private:
+  /// Opens the files and chooses the device. Rank 0 tells the others which.
+  build::Result<BulkScene> prepare() {
+    GpuChoice gpus;
+    auto file = ranks_.is_first() ? lead(gpus) : follow(gpus);
+    if (!file) return tl::unexpected(std::move(file.error()));
+    file_ = std::move(*file);
+    auto rays = RayStream::open(command_.rays);
+    if (!rays) return tl::unexpected(std::move(rays.error()));
+    rays_ = std::move(*rays);
+    auto gpu = choose_device(value_of(kDeviceChoices, command_.device), file_->view, command_.policies(), gpus);
+    if (!gpu) return tl::unexpected(std::move(gpu.error()));
+    gpu_ = std::move(*gpu);
+    const std::uint64_t share = rays_->count() / static_cast<std::uint64_t>(ranks_.size());
+    scene_ = prepares(gpu_, share, file_->view) ? host_.scene(file_->view) : make_scene_view(file_->view);
+    return BulkScene{scene_,
+                     *rays_,
+                     command_.query_of(rays_->any_hit()),
+                     command_.policies(),
+                     command_.time,
+                     command_.block.value_or(kDefaultBlock),
+                     !command_.paths.empty(),
+                     gpu_,
+                     command_.threads};
+  }
+
+  build::Result<BvhFile> lead(GpuChoice& gpus) {
+    if (ranks_.size() == 1) return checked(load_bvh(command_.path, command_.threads));
+    RankWatch watch(ranks_, command_.ranks.lossy, [&](const std::string& message) { cli_.warn(message); });
+    LeadStart start(watch);
+    const auto share = start.gather(own_means(ranks_, command_.device != "cpu"));
+    if (!share) return tl::unexpected(share.error());
+    gpus = take_share(*share, command_.threads);
+    // The ranks of a host share the pages of a mapped file.
+    auto file = checked(command_.ranks.broadcast ? load_bvh(command_.path, command_.threads)
+                                                 : map_bvh(command_.path, command_.threads));
+    if (file) start.begin(*file, {}, command_.ranks.broadcast);
+    return file;
+  }
+
+  build::Result<BvhFile> follow(GpuChoice& gpus) {
+    FollowStart start(ranks_);
+    const auto begin = start.begin(own_means(ranks_, command_.device != "cpu"));
+    if (!begin) return tl::unexpected(begin.error());
+    gpus = take_share(begin->share, command_.threads);
+    return start.scene(*begin, command_.path);
+  }
+
+  build::Result<BvhFile> checked(build::Result<BvhFile> file) const {
+    if (!file) return file;
+    if (auto good = check_scene(command_, file->view); !good) return tl::unexpected(std::move(good.error()));
+    return file;
+  }
+
+  PictureKey key() const {
+    const TracePolicies policies = command_.policies();
+    return {{"program", tool_version(kInfo)},
+            {"scene", to_text(digest_of(file_->view.bytes))},
+            {"rays", std::to_string(rays_->count()) + ", changed at " + std::to_string(rays_->changed()) + " ns"},
+            {"block", std::to_string(command_.block.value_or(kDefaultBlock))},
+            {"query", word_of(kQueries, command_.query_of(rays_->any_hit()))},
+            {"triangle-test", word_of(kTriangleTests, policies.triangle_test)},
+            {"box-test", word_of(kBoxTests, policies.box_test)},
+            {"time", std::to_string(command_.time)},
+            {"hits", command_.hits},
+            {"paths", command_.paths}};
+  }
+
+  void report(const BulkResult& result) const {
+    Outcome outcome = outcome_of(command_, scene_, gpu_, rays_->any_hit());
+    outcome.rays = rays_->count();
+    outcome.found = result.hits;
+    outcome.ranks = ranks_.size();
+    outcome.threads = ThreadLimit(command_.threads).threads();
+    outcome.timing = {{result.seconds}, result.seconds};
+    print(cli_, command_, outcome);
+  }
+
+  const Cli& cli_;
+  TraceCommand& command_;
+  Ranks& ranks_;
+  std::optional<BvhFile> file_;
+  std::optional<RayStream> rays_;
+  std::optional<GpuTracer> gpu_;
+  HostPart host_;
+  SceneView scene_{};
+};
+
+build::Result<void> run(const Cli& cli, TraceCommand& command, Ranks& ranks) {
+  const InterruptGuard guard;
+  if (ranks.size() == 1 && !command.in_blocks()) return run_at_once(cli, command);
+  if (command.explained || command.repeat != 1) {
+    if (!ranks.is_first()) return {};
+    return run_at_once(cli, command);
+  }
+  auto done = BlockRun(cli, command, ranks).run();
+  ranks.stop_others();
+  return done;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  Options options;
+  TraceCommand command;
   Cli cli(kInfo);
-  add_options(cli.app(), options);
-  cli.app().callback([&] { check_options(options); });
-  return cli.run(argc, argv, [&] { return run(cli, options); });
+  add_trace_options(cli.app(), command);
+  std::unique_ptr<Ranks> ranks;
+  const int status = cli.run(argc, argv, [&]() -> build::Result<void> {
+    if (auto joined = join_ranks(cli, command.ranks.lossy, ranks); !joined) return joined;
+    return run(cli, command, *ranks);
+  });
+  return leave_run(ranks.get(), status);
 }

@@ -2,7 +2,7 @@
 
 #include <benchmarks/common/rounds.h>
 #include <tests/oracle/odd_meshes.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 
 #include <hiprt_build/build.h>
 

@@ -7,7 +7,7 @@
 #include <hiprt_build/statistics.h>
 #include <tests/oracle/cost_within.h>
 #include <tests/oracle/opera_house.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 #include <tools/render/tracers/tracer.h>
 
 #include <algorithm>

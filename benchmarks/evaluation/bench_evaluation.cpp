@@ -9,7 +9,7 @@
 #include <hiprt_build/embree/rtcore.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 #include <tools/cli/progress.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
@@ -44,29 +44,24 @@ wrong command line.
 
 )";
 
-/// In place of Vulkan's modes: all on a GPU, none on a CPU.
-constexpr const char* kVulkanDefault = "default";
-
 struct CommandLine {
   std::string device = "cpu", json, markdown, commit = HIPRT_BENCH_COMMIT;
   unsigned threads = 0;
   bool help = false;
   SceneChoice scenes;
   ContestOptions contest;
-  VulkanOptions vulkan{.modes = {kVulkanDefault}, .device = {}, .calls = "pipeline", .software = false};
+  VulkanOptions vulkan;
 };
 
 std::vector<Flag> make_flags(CommandLine& line) {
   ContestOptions& contest = line.contest;
   std::vector<Flag> flags = line.scenes.flags();
+  const std::vector<Flag> vulkan = line.vulkan.flags();
+  flags.insert(flags.end(), vulkan.begin(), vulkan.end());
   const std::vector<Flag> more{
       device_flag("device that builds and traces (cpu)", line.device),
       words_flag("builders", "lbvh,ploc,hploc,sah,sbvh,hq", contest.builders, tools::words(tools::kBuilders)),
       words_flag("peers", "Embree's modes, on a CPU; all", contest.peers, embree_modes(), "none"),
-      words_flag("vulkan", "Vulkan's modes; all on a GPU, none on a CPU", line.vulkan.modes, vulkan_modes(), "none"),
-      text_flag("vulkan-device", "TEXT", "a part of the name of Vulkan's device (the first GPU)", line.vulkan.device),
-      word_flag("vulkan-calls", "how shaders trace; another way if the device lacks this one (pipeline)",
-                line.vulkan.calls, vulkan_calls()),
       words_flag("hierarchies", "all that a scene has", contest.hierarchies, hierarchy_names()),
       number_flag("width", "width of the picture", contest.picture.width, 1, 16384),
       number_flag("height", "height of the picture", contest.picture.height, 1, 16384),
@@ -146,12 +141,8 @@ build::Result<void> write_text(const std::string& path, const std::string& text)
 
 /// Opens Vulkan's device if the command line asks for one. Without a device it prints the reason.
 void add_vulkan(CommandLine& line, Machine& machine) {
-  if (line.vulkan.modes == std::vector<std::string>{kVulkanDefault})
-    line.vulkan.modes = machine.gpu ? vulkan_modes() : std::vector<std::string>{};
+  auto opened = open_chosen(line.vulkan, machine.gpu);
   line.contest.vulkan = line.vulkan.modes;
-  if (line.vulkan.modes.empty()) return;
-  line.vulkan.software = !machine.gpu;
-  auto opened = open_vulkan(line.vulkan);
   if (opened) {
     machine.vulkan = std::move(*opened);
     return;

@@ -7,7 +7,7 @@
 #include <hiprt_build/instances.h>
 #include <hiprt_build/statistics.h>
 #include <tools/build/gpu_builder.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 #include <tools/render/scene/trace_limits.h>
 #include <tools/render/tracers/gpu_tracer.h>
 

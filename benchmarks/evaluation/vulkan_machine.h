@@ -3,6 +3,8 @@
 
 #include "competitor.h"
 
+#include <benchmarks/common/flags.h>
+
 #include <nlohmann/json.hpp>
 
 #include <memory>
@@ -18,10 +20,13 @@ std::vector<std::string> vulkan_modes();
 std::vector<std::string> vulkan_calls();
 
 struct VulkanOptions {
-  std::vector<std::string> modes;  ///< Of vulkan_modes().
-  std::string device;              ///< A part of the device's name. Empty: the first GPU.
-  std::string calls = "pipeline";  ///< Of vulkan_calls(). A device that has only the other one takes that.
-  bool software = false;           ///< Whether drivers that run on the CPU will do.
+  std::vector<std::string> modes{"default"};  ///< Of vulkan_modes(). "default": all on a GPU, none on a CPU.
+  std::string device;                         ///< A part of the device's name. Empty: the first GPU.
+  std::string calls = "pipeline";             ///< Of vulkan_calls(). A device that has only the other one takes that.
+  bool software = false;                      ///< Whether drivers that run on the CPU will do.
+
+  /// --vulkan, --vulkan-device and --vulkan-calls.
+  std::vector<Flag> flags();
 };
 
 /// A device of Vulkan, for all competitors.
@@ -40,5 +45,10 @@ class VulkanMachine {
 
 /// @return kNoDevice with the reason.
 build::Result<std::shared_ptr<VulkanMachine>> open_vulkan(const VulkanOptions& options);
+
+/// Opens the device for a program that runs on a GPU or on a CPU. There, drivers that run on the CPU will do.
+/// @param options whose default modes are replaced. Without modes nothing is opened.
+/// @return nullptr without modes, or an error as open_vulkan().
+build::Result<std::shared_ptr<VulkanMachine>> open_chosen(VulkanOptions& options, bool gpu);
 
 }  // namespace hiprt::bench

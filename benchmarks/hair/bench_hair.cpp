@@ -12,7 +12,7 @@
 #include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
 #include <tools/base/parallel.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 #include <tools/render/tracers/tracer.h>
 
 #include <algorithm>

@@ -22,7 +22,8 @@ constexpr std::string_view kDescription =
 
 usage: bench_tradeoff [FLAG...]
 
-Measures every policy set, with and without fast-math, and on a CPU Embree too, on one device in one run:
+Measures every policy set, with and without fast-math, on a CPU Embree too, and on a GPU Vulkan (speed and leaks), on
+one device in one run:
 - speed: closest hits of primary and diffuse rays, in turn, for several rounds;
 - leaks: rays from inside closed meshes that miss, random or aimed at edges and vertices;
 - hits that boxes hide;
@@ -39,6 +40,7 @@ struct CommandLine {
   unsigned threads = 0;
   std::vector<std::string> policies;
   SessionOptions session;
+  VulkanOptions vulkan;
 };
 
 std::vector<Flag> make_flags(CommandLine& line) {
@@ -56,6 +58,8 @@ std::vector<Flag> make_flags(CommandLine& line) {
       text_flag("json", "FILE", "writes all figures as JSON", line.json),
       text_flag("markdown", "FILE", "writes the tables to a file too", line.markdown),
       text_flag("commit", "TEXT", "commit of the sources, for the JSON (the commit when CMake ran)", line.commit)};
+  const std::vector<Flag> vulkan = line.vulkan.flags();
+  flags.insert(flags.end(), vulkan.begin(), vulkan.end());
   flags.insert(flags.end(), more.begin(), more.end());
   return flags;
 }
@@ -84,11 +88,20 @@ build::Result<void> write_text(const std::string& path, const std::string& text)
   return build::write_file(path, std::as_bytes(std::span(text)));
 }
 
-int measure(const CommandLine& line, const std::string& command) {
+/// Without a device it prints the reason.
+VulkanScenes open_vulkan_scenes(CommandLine& line, const tools::ThreadLimit& limit) {
+  auto machine = open_chosen(line.vulkan, line.device == "gpu");
+  if (machine) return {std::move(*machine), line.vulkan.modes, limit};
+  std::cerr << "bench_tradeoff: Vulkan is not measured: " << machine.error().message << "\n";
+  return {nullptr, {}, limit};
+}
+
+int measure(CommandLine& line, const std::string& command) {
   for (const std::string& path : {line.json, line.markdown})
     if (const auto can = path.empty() ? build::Result<void>{} : build::check_writable(path); !can)
       return fail(can.error().message, kFailure);
-  auto engine = Engine::make(line.device, line.threads);
+  const tools::ThreadLimit limit(line.threads);
+  auto engine = Engine::make(line.device, line.threads, open_vulkan_scenes(line, limit));
   if (!engine) return fail("--device=" + line.device + ": " + engine.error().message, kFailure);
   auto subjects = chosen_subjects(line, **engine);
   if (!subjects)
@@ -103,6 +116,7 @@ int measure(const CommandLine& line, const std::string& command) {
   nlohmann::json json{
       {"format", kTradeoffFormat},       {"commit", line.commit},       {"command", command},         {"date", date},
       {"device", (*engine)->describe()}, {"compiler", compiler_name()}, {"broken_guarantees", broken}};
+  if (const nlohmann::json vulkan = (*engine)->describe_vulkan(); !vulkan.is_null()) json["vulkan"] = vulkan;
   add_json(*record, json);
   const std::string text = to_markdown(*record);
   std::cout << text << std::flush;

@@ -105,6 +105,7 @@ class Session {
       // Embree's boxes cannot be widened, and it has no error bounds.
       const bool own = check.kind == CheckKind::kBoxes || (check.kind == CheckKind::kSpawned && tmin < 0.0f);
       if (!subject.ours && own) continue;
+      if (!subject.vulkan.empty() && !VulkanScenes::can_check(check.kind)) continue;
       bar_.update((model.name + ": " + check.name + ": " + subject.name).c_str(), fraction_);
       const auto tally = engine_.check(subject, {check.kind, tmin, 0.0f, {}}, count);
       if (!tally) return tl::unexpected(tally.error());
@@ -165,6 +166,8 @@ class Session {
       if (auto set = set_model(errors.model, trees); !set) return set;
       std::vector<Hit> hits(errors.rays.size());
       for (const Subject& subject : record_.subjects) {
+        // Vulkan's shaders write no u, v and normal.
+        if (!subject.vulkan.empty()) continue;
         // Hits do not depend on the layout.
         if (subject.ours && kPolicySets[subject.set].layout != NodeLayout::kPlanes) continue;
         const auto traced = engine_.trace(subject, errors.rays, hits);

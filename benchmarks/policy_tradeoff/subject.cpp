@@ -1,6 +1,6 @@
 #include "subject.h"
 
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 
 #include <iterator>
 
@@ -31,6 +31,16 @@ std::vector<Subject> embree_subjects() {
   subjects[0].name = "Embree";
   subjects[1].name = "Embree robust";
   subjects[1].robust = true;
+  return subjects;
+}
+
+std::vector<Subject> vulkan_subjects(const std::vector<std::string>& modes) {
+  std::vector<Subject> subjects(modes.size());
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    subjects[i].name = "Vulkan " + modes[i];
+    subjects[i].ours = false;
+    subjects[i].vulkan = modes[i];
+  }
   return subjects;
 }
 

@@ -4,7 +4,7 @@ from .markdown import number, per_query, table
 from .runs import ALL_HITS, ROW_AXES, geometric_mean
 
 # The value of an axis that a table does not vary (hiprt_default_* of cmake/HiprtBenchVariants.cmake).
-USUAL = {"stack": "private", "order": "usual", "blocks": "64x14"}
+USUAL = {"stack": "private", "order": "usual", "blocks": "64x14", "answers": "id"}
 # The tables show the first of these that was measured.
 USUAL_SCHEDULES = ["batch12", "batch16"]
 USUAL_FEATURES = "masks"
@@ -100,7 +100,7 @@ def by_scene_text(runs, peers):
     measured = {row.axes["schedule"] for row in runs.rows.values()}
     schedule = next((schedule for schedule in USUAL_SCHEDULES if schedule in measured), USUAL_SCHEDULES[0])
     axes = {**USUAL, "schedule": schedule}
-    usual = ", ".join(f"{axis} {axes[axis]}" for axis in ROW_AXES if axis in axes)
+    usual = ", ".join(f"{axis} {axes[axis]}" for axis in ROW_AXES if axis in axes and axis != "answers")
     text = f"Features {USUAL_FEATURES}, unless a row says otherwise; {usual}. "
     text += "Relative speeds are geometric means over\n"
     text += "the kinds of rays of a scene, and over all cells; there is none where a cell was not measured.\n\n"

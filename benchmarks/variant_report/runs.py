@@ -8,7 +8,9 @@ KINDS = ["primary", "ao", "shadow", "diffuse", "diffuse2"]
 ANY_KINDS = {"ao", "shadow"}
 # Behind the kind of rays whose query is for all hits.
 ALL_HITS = " all"
-ROW_AXES = ["layout", "tests", "stack", "schedule", "order", "features", "blocks"]
+ROW_AXES = ["layout", "tests", "stack", "schedule", "order", "features", "blocks", "answers"]
+# Of runs that have no such key; names of rows leave it out.
+USUAL_ANSWERS = "id"
 
 
 def geometric_mean(values):
@@ -50,7 +52,8 @@ def read_result(part, trees):
     """None if the variant failed or has wrong results: it has no speed."""
     if part.number("repetitions") == 0 or part.text("problem") or part.number("overflowed_rays"):
         return None
-    result = {key: part.name(key) for key in ["scene", "tree", "kind", "query", *ROW_AXES]}
+    result = {key: part.name(key) for key in ["scene", "tree", "kind", "query", *ROW_AXES[:-1]]}
+    result["answers"] = part.name("answers") if "answers" in part.value else USUAL_ANSWERS
     result |= {key: part.number(key) for key in ["registers", "local_bytes", "min_ms", "max_ms"]}
     result |= {key: part.number(key, positive=True) for key in ["mrays_s", "median_ms"]}
     if (result["scene"], result["tree"]) not in trees:
@@ -71,7 +74,8 @@ class Row:
 
     def name(self):
         """Without the tree's name if it equals the layout."""
-        return " ".join(self.key[1:] if self.axes["tree"] == self.axes["layout"] else self.key)
+        key = self.key[1:] if self.axes["tree"] == self.axes["layout"] else self.key
+        return " ".join(key[:-1] if self.axes["answers"] == USUAL_ANSWERS else key)
 
     def ratios(self, reference, kinds=None):
         """(scene, kind) -> times the reference, where both have a figure."""

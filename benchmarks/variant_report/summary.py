@@ -120,10 +120,20 @@ def features_text(runs):
     return table(head, rows) if rows else MISSING
 
 
+def answers_text(runs):
+    text = "The speed of kernels that read `Ray` and write `Hit`, relative to 32 bytes per ray and 8 per result.\n\n"
+    rows = [[by_id.name(), per_query(by_id.registers), per_query(whole.registers),
+             *scene_columns(ratios, runs.scenes(), ratios)]
+            for by_id, whole, ratios in paired_ratios(runs, "answers", "id", "hit")]
+    head = ["variant", "registers", "of whole hits", *runs.scenes(), "all cells"]
+    return f"\n## What whole hits cost\n\n{text}{table(head, rows)}" if rows else ""
+
+
 def summary(runs, peers):
     text = "# Variants of the traversal\n\n" + provenance_text(runs)
     text += f"\n## By scene\n\n{by_scene_text(runs, peers)}"
     text += f"\n## Against {peers.gpu} peers\n\n{ranking_text(runs, peers)}\n## By cell\n\n{cells_text(runs, peers)}"
     text += f"\n## What accuracy costs\n\n{accuracy_text(runs)}\n## What features cost\n\n{features_text(runs)}"
+    text += answers_text(runs)
     text += "\n## Peers\n\n" + peers.method + "\n\n"
     return text + "".join(f"- {peer['name']}: {peer['source']}\n" for peer in peers.peers)

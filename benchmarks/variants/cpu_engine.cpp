@@ -84,7 +84,7 @@ class CpuEngine final : public Engine {
     FeatureMask mask = kKnownFeatures;
     if (!custom) mask &= ~feature_bit(Feature::kCustom);
     if (!instances) mask &= ~(feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion));
-    variants_.push_back({{query.name, layout, tests, "private", "immediate", query.order, features, "1x1"},
+    variants_.push_back({{query.name, layout, tests, "private", "immediate", query.order, features, "1x1", "id"},
                          query.query,
                          mask,
                          instances ? kCpuLevels : 0,

@@ -41,7 +41,7 @@ class GpuEngine final : public Engine {
     nlohmann::json json = device_->describe();
     json["timed"] =
         "events around each launch, and the reset of its ray counter; launches queued without waiting; "
-        "rays of 32 bytes, results of 8 bytes: {t, id}, or the sum of all hits";
+        "answers id: rays of 32 bytes, results of 8 bytes: {t, id}, or the sum of all hits; answers hit: Ray and Hit";
     return json;
   }
 
@@ -54,6 +54,8 @@ class GpuEngine final : public Engine {
                         ray.tmax});
     device_rays_ = {};
     results_ = {};
+    whole_rays_ = {};
+    hits_ = {};
     auto device_rays = Array<PackedRay>::copy(*device_, packed);
     if (!device_rays) return tl::unexpected(device_rays.error());
     auto results = Array<RayResult>::make(*device_, packed.size());
@@ -61,25 +63,32 @@ class GpuEngine final : public Engine {
     rays_ = &rays.rays;
     device_rays_ = std::move(*device_rays);
     results_ = std::move(*results);
+    if (std::ranges::none_of(kernels_, [](const GpuKernel& k) { return k.answer == Answer::kHit; })) return {};
+    auto whole_rays = Array<Ray>::copy(*device_, timed_rays(rays.rays));
+    if (!whole_rays) return tl::unexpected(whole_rays.error());
+    auto hits = Array<Hit>::make(*device_, rays.rays.size());
+    if (!hits) return tl::unexpected(hits.error());
+    whole_rays_ = std::move(*whole_rays);
+    hits_ = std::move(*hits);
     return {};
   }
 
   build::Result<Outcome> run(std::size_t variant, const Repetitions& repetitions) override {
     const GpuKernel& kernel = kernels_[variant];
     if (rays_->empty()) return Outcome{};
-    GpuJob job = make_job();
+    GpuJob job = make_job(kernel.answer);
     Launch launch{.kernel = to_kernel(kernel), .job = &job, .count = job.count, .grid = grid_of(variant, job.count)};
     if (kernel.persistent) launch.counter = job.next;
     StackMemory memory;
     if (auto made = make_stacks(variant, launch.grid, memory, job); !made) return tl::unexpected(made.error());
-    auto filled = device_->fill(results_.memory(), std::byte{kPoison});
+    auto filled = device_->fill(kernel.answer == Answer::kHit ? hits_.memory() : results_.memory(), std::byte{kPoison});
     if (filled) filled = device_->fill(words_.memory(), std::byte{0});
     if (!filled) return tl::unexpected(filled.error());
     auto times = device_->run(launch, repetitions);
     if (!times) return tl::unexpected(times.error());
     const auto words = words_.to_vector(*device_);
     if (!words) return tl::unexpected(words.error());
-    auto results = results_.to_vector(*device_);
+    auto results = read_results(kernel.answer);
     if (!results) return tl::unexpected(results.error());
     return Outcome{std::move(*times), std::move(*results), (*words)[1] / (repetitions.warm_up + repetitions.timed)};
   }
@@ -101,11 +110,30 @@ class GpuEngine final : public Engine {
     return {};
   }
 
-  GpuJob make_job() {
+  /// Rays of Answer::kHit, with the times that the kernels of Answer::kId compute.
+  static std::vector<Ray> timed_rays(std::vector<Ray> rays) {
+    for (std::uint32_t i = 0; i < rays.size(); ++i) {
+      rays[i].mask = 0xffffffffu;
+      rays[i].time = ray_time(i);
+    }
+    return rays;
+  }
+
+  build::Result<std::vector<RayResult>> read_results(Answer answer) {
+    if (answer == Answer::kId) return results_.to_vector(*device_);
+    const auto hits = hits_.to_vector(*device_);
+    if (!hits) return tl::unexpected(hits.error());
+    std::vector<RayResult> results(hits->size());
+    std::ranges::transform(*hits, results.begin(), [](const Hit& hit) { return make_result(hit); });
+    return results;
+  }
+
+  GpuJob make_job(Answer answer) {
     GpuJob job{};
     job.scene = scene_.view;
-    job.rays = device_rays_.data();
-    job.results = results_.data();
+    const bool whole = answer == Answer::kHit;
+    job.rays = whole ? static_cast<const void*>(whole_rays_.data()) : device_rays_.data();
+    job.results = whole ? static_cast<void*>(hits_.data()) : results_.data();
     job.count = static_cast<std::uint32_t>(rays_->size());
     job.next = words_.data();
     job.overflowed = words_.data() + 1;
@@ -157,6 +185,8 @@ class GpuEngine final : public Engine {
   const std::vector<Ray>* rays_ = nullptr;
   Array<PackedRay> device_rays_;
   Array<RayResult> results_;
+  Array<Ray> whole_rays_;  ///< Of Answer::kHit, as hits_.
+  Array<Hit> hits_;
 };
 
 }  // namespace

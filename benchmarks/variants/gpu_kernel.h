@@ -138,13 +138,15 @@ struct RestartStorage {
   }
 };
 
-template <class LayoutType, class Storage, class ScheduleType, class Tests, class Order, class FeaturesType>
+template <class LayoutType, class Storage, class ScheduleType, class Tests, class Order, class FeaturesType,
+          Answer kAnswerKind = Answer::kId>
 struct VariantPolicies : Policies {
   using Layout = LayoutType;
   using Triangle = typename Tests::Triangle;
   using Boxes = typename Tests::Boxes;
   using Lanes = ArrayLanes;
   static constexpr FeatureMask kFeatures = FeaturesType::kFeatures;
+  static constexpr Answer kAnswer = kAnswerKind;
   using Schedule = ScheduleType;
   using ClosestOrder = Order;
   using AnyOrder = Order;
@@ -155,7 +157,8 @@ struct VariantPolicies : Policies {
   using Stack = std::conditional_t<kLevels != 0, LevelStack<typename Storage::Stack, kLevels>, typename Storage::Stack>;
 };
 
-__device__ HIPRT_FORCE_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
+template <Answer kAnswer> __device__ HIPRT_FORCE_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
+  if constexpr (kAnswer == Answer::kHit) return static_cast<const Ray*>(job.rays)[i];
   const std::byte* record = static_cast<const std::byte*>(job.rays) + std::size_t{32} * i;
   const Words a = load_words(record), b = load_words(record + 16);
   return {{a.as_float(0), a.as_float(1), a.as_float(2)},
@@ -207,12 +210,21 @@ template <class P, class Filter, class Primitives> struct QueryOf<Query::kAll, P
   using Type = AllHits<P, Filter, Primitives>;
 };
 
-template <Query kQuery, class QueryType> __device__ HIPRT_FORCE_INLINE RayResult run_query(QueryType& query) {
+template <Answer kAnswer> __device__ HIPRT_FORCE_INLINE void store(const GpuJob& job, std::uint32_t i, const Hit& hit) {
+  if constexpr (kAnswer == Answer::kHit)
+    static_cast<Hit*>(job.results)[i] = hit;
+  else
+    static_cast<RayResult*>(job.results)[i] = make_result(hit);
+}
+
+template <Answer kAnswer, Query kQuery, class QueryType>
+__device__ HIPRT_FORCE_INLINE void run_query(const GpuJob& job, std::uint32_t i, QueryType& query) {
   if constexpr (kQuery == Query::kAll) {
-    return sum_of_hits(query);
+    static_assert(kAnswer == Answer::kId);
+    static_cast<RayResult*>(job.results)[i] = sum_of_hits(query);
   } else {
     query.advance();
-    return make_result(query.hit());
+    store<kAnswer>(job, i, query.hit());
   }
 }
 
@@ -242,19 +254,21 @@ template <class P, Query kQuery, unsigned kBlock> __device__ HIPRT_FORCE_INLINE 
   with_storage<P, kBlock>(job, [&](const auto& storage) {
     const auto make = [&](std::uint32_t i) {
       if constexpr (Choice::kPlaced)
-        return QueryType(job.object, PlacedObject{job.scene, job.object, job.instance}.to_object(load_ray(job, i)),
+        return QueryType(job.object,
+                         PlacedObject{job.scene, job.object, job.instance}.to_object(load_ray<P::kAnswer>(job, i)),
                          storage);
       else
-        return QueryType(job.scene, load_ray(job, i), storage, make_filter<Choice>(job), make_primitives<Choice>(job));
+        return QueryType(job.scene, load_ray<P::kAnswer>(job, i), storage, make_filter<Choice>(job),
+                         make_primitives<Choice>(job));
     };
     if constexpr (P::Schedule::kBatchOnly) {
       trace_batch(job.count, job.next, make,
-                  [&](std::uint32_t i, const QueryType& query) { job.results[i] = make_result(query.hit()); });
+                  [&](std::uint32_t i, const QueryType& query) { store<P::kAnswer>(job, i, query.hit()); });
     } else {
       const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
       if (i >= job.count) return;
       QueryType query = make(i);
-      job.results[i] = run_query<kQuery>(query);
+      run_query<P::kAnswer, kQuery>(job, i, query);
     }
   });
 }
@@ -272,7 +286,7 @@ __global__ void __launch_bounds__(kBlock, least_resident(kBlock, kBlocks)) trace
 template <class P, Query kQuery, unsigned kBlock, unsigned kBlocks>
 void add_kernel(std::vector<GpuKernel>& kernels, const VariantName& name) {
   using Storage = typename P::StackStorage;
-  kernels.push_back({name, kQuery, &trace_rays<P, kQuery, kBlock, kBlocks>, kBlock, P::Schedule::kBatchOnly,
+  kernels.push_back({name, kQuery, P::kAnswer, &trace_rays<P, kQuery, kBlock, kBlocks>, kBlock, P::Schedule::kBatchOnly,
                      Storage::kSpill, Storage::kOnChip,
                      P::kFeatures | (P::FeatureChoice::kPlaced ? feature_bit(Feature::kInstances) : 0),
                      P::FeatureChoice::kPlaced ? 1 : P::kLevels, P::FeatureChoice::kPlaced, kNeedsRayInstruction<P>});

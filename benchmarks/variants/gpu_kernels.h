@@ -15,8 +15,8 @@ namespace hiprt::bench {
 /// The argument of every kernel.
 struct GpuJob {
   SceneView scene;
-  const void* rays;             ///< 32 bytes each: origin, tmin, direction, tmax.
-  RayResult* results;           ///< One per ray.
+  const void* rays;             ///< 32 bytes each: origin, tmin, direction, tmax. Of Answer::kHit: Ray.
+  void* results;                ///< One per ray: RayResult. Of Answer::kHit: Hit.
   std::uint32_t count;          ///< Rays.
   std::uint32_t* next;          ///< The next ray to fetch, for batch schedules. Zero before a launch.
   StackEntry* spill;            ///< SpillUse::kGrid: spill_entries per thread of the grid.
@@ -33,9 +33,16 @@ struct GpuJob {
 /// Global memory that a stack needs: none, entries per thread of the grid, or slots that waves share.
 enum class SpillUse { kNone, kGrid, kPool };
 
+/// What a kernel reads and writes per ray.
+enum class Answer {
+  kId,   ///< The least: 32 bytes and RayResult.
+  kHit,  ///< What programs have: Ray, and Hit with normal and error.
+};
+
 struct GpuKernel {
   VariantName name;
   Query query;
+  Answer answer;
   void (*kernel)(GpuJob);
   unsigned block;   ///< Threads per block.
   bool persistent;  ///< The grid fills the device and fetches rays.

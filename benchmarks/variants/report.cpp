@@ -12,13 +12,14 @@
 namespace hiprt::bench {
 namespace {
 
-/// @return the values of all axes except the query, which the column shows.
+/// @return the values of all axes except the query, which the column shows, and answers by id.
 std::string row_name(const VariantName& name) {
   const std::string_view order = has_usual_order(name) ? "usual" : name.order;
   std::string text;
   for (const std::string_view part :
        {name.layout, name.tests, name.stack, name.schedule, order, name.features, name.blocks})
     text += (text.empty() ? "" : " ") + std::string(part);
+  if (name.answers != "id") text += " " + std::string(name.answers);
   return text;
 }
 

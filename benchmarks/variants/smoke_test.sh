@@ -57,7 +57,7 @@ expect 1 "bad.float.bvh" "$program" "${small[@]}" "--bvh=$work/bad.float.bvh"
 cp "$scenes/procedural.float.bvh" "$work/mixed.float.bvh"
 cp "$scenes/other/procedural.planes.bvh" "$work/mixed.planes.bvh"
 for query in closest all; do
-  expect 1 "mixed.planes primary: $query planes accurate private immediate sorted masks 1x1: other results than" \
+  expect 1 "mixed.planes primary: $query planes accurate private immediate sorted masks 1x1 id: other results than" \
     "$program" "${small[@]}" "--scenes=$work" --scene=mixed --features=masks
 done
 # Boxes that are not those of the file.

@@ -21,6 +21,7 @@ struct VariantName {
   std::string_view features;  ///< triangles, splits, masks, filter, custom, custom-filter; placed: a scene that is one
                               ///< instance; levelsN: N levels of instances; movingN: the same with motion
   std::string_view blocks;    ///< 64x14: threads per block x least number of blocks per multiprocessor; CPU: 1x1
+  std::string_view answers;   ///< id: rays of 32 bytes, results of 8; hit: as a program has them, Ray and Hit
 };
 
 /// Whether every result must equal the host's to the last bit. HardwareBoxes do not guarantee to find every hit
@@ -44,7 +45,7 @@ struct Axis {
   std::string_view key;   ///< In JSON.
   std::string_view VariantName::*value;
 };
-inline constexpr std::array<Axis, 8> kAxes{{
+inline constexpr std::array<Axis, 9> kAxes{{
     {"queries", "query", &VariantName::query},
     {"layouts", "layout", &VariantName::layout},
     {"tests", "tests", &VariantName::tests},
@@ -53,6 +54,7 @@ inline constexpr std::array<Axis, 8> kAxes{{
     {"orders", "order", &VariantName::order},
     {"features", "features", &VariantName::features},
     {"blocks", "blocks", &VariantName::blocks},
+    {"answers", "answers", &VariantName::answers},
 }};
 
 }  // namespace hiprt::bench

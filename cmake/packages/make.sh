@@ -48,6 +48,13 @@ platform_of() {
   if [[ $1 == archive ]]; then echo OFF; else echo "$gpu"; fi
 }
 
+# Programs and libraries stop where memory was overwritten. tests/packages/hardening.py checks these in the packages;
+# benchmarks/safety/compare.py measures what they cost rays.
+# Not -fstack-clash-protection: it would touch every page of the tools' traversal stacks (64 KiB) for every ray.
+# C libraries before glibc 2.35 take level 3 for 2. Some distributions' compilers define a level themselves.
+hardening="-fstack-protector-strong -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=3"
+hardening_link="-Wl,-z,relro,-z,now"
+
 # make KIND SOURCE BUILD: packages in BUILD/packages. Kinds of the same platform share a build folder.
 make() {
   local kind=$1 source=$2 build=$3 generator=DEB map
@@ -57,7 +64,9 @@ make() {
   rm -rf "$build/packages"
   mkdir -p "$build"
   quietly "$build/configure.log" cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-    -DCMAKE_INSTALL_PREFIX=/usr "-DCMAKE_CXX_FLAGS=$map" "-DHIPRT_GPU_FLAGS=$map" -DHIPRT_GPU="$(platform_of "$kind")" \
+    -DCMAKE_INSTALL_PREFIX=/usr "-DCMAKE_CXX_FLAGS=$map $hardening" -DCMAKE_POSITION_INDEPENDENT_CODE=ON \
+    "-DCMAKE_EXE_LINKER_FLAGS=-pie $hardening_link" "-DCMAKE_SHARED_LINKER_FLAGS=$hardening_link" \
+    "-DHIPRT_GPU_FLAGS=$map" -DHIPRT_GPU="$(platform_of "$kind")" -DHIPRT_MPI=OFF \
     -DHIPRT_BUILD_TESTS=OFF -DHIPRT_BUILD_BENCHMARKS=OFF -DCMAKE_INSTALL_LIBDIR="$(library_folder "$kind")"
   quietly "$build/build.log" cmake --build "$build" -j "$jobs"
   (cd "$build" && quietly "$build/cpack.log" cpack -G "$generator")
@@ -88,6 +97,7 @@ for kind in "${kinds[@]}"; do
     echo "tools/package: cpack made no packages (log: $build/cpack.log)" >&2
     exit 1
   fi
+  python3 -B "$root/tests/packages/hardening.py" "${made[@]}"
   if $repeat; then
     if [[ $kind == deb ]]; then
       echo "tools/package: lintian"

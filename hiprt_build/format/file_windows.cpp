@@ -1,5 +1,6 @@
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/file_target.h>
+#include <hiprt_build/format/out_of_memory.h>
 
 #if !defined(NOMINMAX)
 #define NOMINMAX  // GCC's headers define it.
@@ -103,6 +104,21 @@ Result<Buffer> map_file(const std::filesystem::path& path) {
   if (data == nullptr) return system_error("map", path);
   return Buffer(static_cast<std::byte*>(data), static_cast<std::size_t>(size.QuadPart),
                 [](std::byte* start, std::size_t) { ::UnmapViewOfFile(start); });
+}
+
+// Windows lets nobody write to a file or shorten it while this process maps it without FILE_SHARE_WRITE.
+Result<Buffer> read_file(const std::filesystem::path& path, const ParallelLoop& loop) {
+  return or_out_of_memory("to read the file", [&]() -> Result<Buffer> {
+    const Result<Buffer> mapped = map_file(path);
+    if (!mapped) return tl::unexpected(mapped.error());
+    Buffer buffer = Buffer::uninitialized(mapped->size());
+    constexpr std::size_t kPart = std::size_t{16} << 20;
+    run_loop(loop, (buffer.size() + kPart - 1) / kPart, [&](std::size_t part) {
+      const auto from = mapped->bytes().subspan(part * kPart);
+      std::copy_n(from.begin(), std::min(from.size(), kPart), buffer.bytes().subspan(part * kPart).begin());
+    });
+    return buffer;
+  });
 }
 
 Result<void> check_writable(const std::filesystem::path& path) {

@@ -327,7 +327,7 @@ HIPRT_HD inline Box rounded_box(const MotionRange (&low)[3], const MotionRange (
 
 }  // namespace motion_detail
 
-/// A box that contains the images of all points of @p box at all times of a motion.
+/// A box that contains the images of all points of @p box at all times, within the rounding of docs/proofs/motion.md.
 /// @param slack as that of StillInstanceBounds; with 0 the box may be up to 2^-26 of the size too small.
 HIPRT_HD inline Box bounds_in_motion(std::span<const SegmentMotion> segments, const Box& box, double slack = 1.0) {
   MotionRange range[3];

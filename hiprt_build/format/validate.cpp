@@ -69,7 +69,7 @@ Check check_provenance(const BufferView& view) {
   if (first == std::string_view::npos) return fail(FormatError::kBadProvenance, at, 0, '{');
   const auto byte_at = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (text[first] != '{') return fail(FormatError::kBadProvenance, at + first, byte_at(first), '{');
-  if (text[last] != '}' || last == first) return fail(FormatError::kBadProvenance, at + last, byte_at(last), '}');
+  if (text[last] != '}') return fail(FormatError::kBadProvenance, at + last, byte_at(last), '}');
   const std::size_t valid = utf8_prefix(text);
   if (valid != text.size()) return fail(FormatError::kBadProvenance, at + valid, byte_at(valid), 0x7f);
   return {};

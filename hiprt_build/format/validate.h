@@ -2,23 +2,21 @@
 /// Validates bytes of unknown origin. Host only; any thread.
 ///
 /// After a success, a traversal with a stack of FileHeader::stack_bound entries never reads out of bounds, loops, or
-/// overflows its stack. It misses no primitive because of a wrong box. hiprt_device/docs/FORMAT.md has the rules.
+/// overflows its stack. It misses no primitive because of a wrong box, except parts of split triangles: see
+/// hiprt_device/docs/FORMAT.md.
 
 #include <hiprt_build/export.h>
 #include <hiprt_build/format/error.h>
+#include <hiprt_build/format/parallel_loop.h>
 #include <hiprt_build/format/view.h>
 
 #include <tl/expected.hpp>
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 
 namespace hiprt {
-
-/// Calls body(i) for every i below a count, in any order, on one thread or many.
-using ParallelLoop = std::function<void(std::size_t count, const std::function<void(std::size_t i)>& body)>;
 
 /// The numbers that validate() has counted.
 struct ValidateSummary {

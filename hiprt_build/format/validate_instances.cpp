@@ -202,7 +202,6 @@ template <class Layout> class InstanceCheck {
   /// Whether the reference is a box node or a leaf of the object. check_parts() checks that a leaf is the first of its
   /// run.
   static bool may_be_part(const BufferView& object, NodeRef ref) {
-    if (ref == object.header->root && ref != kInvalidRef) return true;
     const SectionEntry& section = is_box(ref) ? object.nodes : object.leaves;
     const std::uint64_t offset = ref_offset(ref);
     if (ref == kInvalidRef || offset < section.offset || offset >= section.offset + section.count * section.stride ||

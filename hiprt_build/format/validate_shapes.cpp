@@ -61,7 +61,8 @@ template <class Layout> class ShapeCheck {
       const Box shape = segments.empty() ? sphere_bounds(points[i])
                                          : curve_bounds(points[segments[i]], points[std::size_t{segments[i]} + 1]);
       const Box& box = custom_leaf(leaves_[slot / 2]).box[slot % 2];
-      const unsigned outside = is_empty(shape) ? kNoPlane : first_plane_outside(shape, box);
+      // No plane of an empty box is outside.
+      const unsigned outside = first_plane_outside(shape, box);
       if (outside == kNoPlane) continue;
       const std::uint64_t at = view_.leaves.offset + std::uint64_t{slot / 2} * sizeof(CustomLeaf) +
                                offsetof(CustomLeaf, box) + sizeof(Box) * (slot % 2) + 4 * outside;
@@ -69,8 +70,6 @@ template <class Layout> class ShapeCheck {
     }
     return {};
   }
-
-  static bool is_empty(const Box& box) { return box.min[0] > box.max[0]; }
 
   const BufferView& view_;
   std::span<const typename Layout::Leaf> leaves_;

@@ -124,8 +124,15 @@ Result<std::uint32_t> gather_inner(const BufferView& file, api::Pool& pool) {
   return static_cast<std::uint32_t>(records.size());
 }
 
+/// The file's bytes are checked, then copied: they must be the same both times, so the file is not mapped.
+Result<SceneFile> read_scene(const char* path) {
+  auto bytes = build::read_file(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return open_scene(*std::move(bytes), path);
+}
+
 Result<void> load_geometry(hiprtContextObject& context, hiprtGeometry& out, const char* path) {
-  const auto file = open_scene(path);
+  const auto file = read_scene(path);
   if (!file) return tl::unexpected(file.error());
   if (!file->view().instances.empty() || file->view().layout() != NodeLayout::kPlanes)
     return gpu::fail(ErrorCode::kInvalidInput, path, ": not a geometry of layout planes");
@@ -137,7 +144,7 @@ Result<void> load_geometry(hiprtContextObject& context, hiprtGeometry& out, cons
 }
 
 Result<void> load_scene(hiprtContextObject& context, hiprtScene& out, const char* path) {
-  const auto file = open_scene(path);
+  const auto file = read_scene(path);
   if (!file) return tl::unexpected(file.error());
   const BufferView& view = file->view();
   if (view.instances.empty() || view.layout() != NodeLayout::kPlanes)

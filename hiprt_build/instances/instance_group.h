@@ -1,5 +1,5 @@
 #pragma once
-/// Prepares a group of instances for its tree: records, motions, and the boxes of its leaves. Internal.
+/// Prepares a group of instances for its tree: records and motions. part_boxes.h has the boxes of its leaves. Internal.
 
 #include <hiprt_build/instances.h>
 
@@ -56,12 +56,11 @@ using Shutter = format_detail::Shutter;
 /// say.
 std::optional<Shutter> shutter_of(std::span<const std::span<const Instance>> groups);
 
-/// @param shutter of the whole scene.
+/// Records and motions of a group, without parts.
 /// @param objects those with lower numbers than the group.
 /// @param number of the group, for messages.
 /// @return kInvalidInput with the group and instance, as build_instances().
 Result<InstanceGroup> prepare_instances(CpuEngine& engine, std::span<const Instance> instances,
-                                        std::span<const ObjectParts> objects, const InstanceOptions& options,
-                                        const std::optional<Shutter>& shutter, std::size_t number);
+                                        std::span<const ObjectParts> objects, std::size_t number);
 
 }  // namespace hiprt::build

@@ -4,6 +4,7 @@
 #include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/input/check_input.h>
 #include <hiprt_build/instances/instance_file.h>
+#include <hiprt_build/instances/open_instances.h>
 
 namespace hiprt::build {
 namespace {
@@ -62,8 +63,9 @@ class SceneBuilder {
     for (std::size_t g = 0;; ++g) {
       const bool last = g + 1 == scene_.groups.size();
       const std::span<const ObjectParts> before(objects_);
-      auto group = prepare_instances(engine_, scene_.groups[g], before, options_, shutter, g);
+      auto group = prepare_instances(engine_, scene_.groups[g], before, g);
       if (!group) return tl::unexpected(std::move(group.error()));
+      if (auto made = make_parts(*group, shutter, g); !made) return tl::unexpected(std::move(made.error()));
       auto tree = build_tree(group->boxes, g);
       if (!tree) return tl::unexpected(std::move(tree.error()));
       Buffer file = write_instance_file(*open_buffer(tree->buffer.bytes()), *group, shutter,
@@ -85,6 +87,22 @@ class SceneBuilder {
  private:
   /// 4096 levels of instances, or trees whose boxes lie in each other.
   static constexpr std::uint32_t kMaxInstancedStack = 1u << 16;
+
+  /// The parts of a group's instances, opened, with their boxes.
+  Result<void> make_parts(InstanceGroup& group, const std::optional<Shutter>& shutter, std::size_t g) {
+    PartBoxes boxes(group, objects_, options_.bounds);
+    boxes.make(engine_);
+    for (std::size_t i = 0; i < group.records.size(); ++i)
+      if (group.parts[i].ref != kInvalidRef &&
+          format_detail::first_bad_plane(group.boxes[i]) != format_detail::kNoPlane)
+        return tl::unexpected(invalid("group " + std::to_string(g) + ", instance " + std::to_string(i) +
+                                      ": its bounds are beyond what floats hold"));
+    if (options_.opening_budget > 1.0) open_instances(engine_, boxes, options_.opening_budget, options_.open_largest);
+    if (!shutter) return {};
+    boxes.make_moving(engine_, *shutter);
+    group.needs.features |= feature_bit(Feature::kMovingBoxes);
+    return {};
+  }
 
   Result<Bvh> build_tree(std::span<const Box> boxes, std::size_t g) {
     BuildOptions options = options_.tree;

@@ -98,7 +98,7 @@ std::filesystem::path cache_folder(const CompileOptions& options) {
 }
 
 std::optional<CompiledKernels> read_cached(const std::filesystem::path& folder, const std::string& key) {
-  const auto file = build::map_file(file_of(folder, key));
+  const auto file = build::read_file(file_of(folder, key));
   if (!file) return {};
   const std::span<const std::byte> bytes = file->bytes();
   std::uint64_t checksum = 0;

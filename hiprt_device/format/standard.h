@@ -10,6 +10,16 @@
 #include <hiprt needs C++20>  // Does not exist: compilers stop here, before hundreds of errors that follow from it.
 #endif
 
+// Files are traced as they lie in memory, so numbers have the file's byte order, and sizes and offsets have 64 bits.
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "hiprt: this machine is big-endian, and BVH files are little-endian: FORMAT.md says how to read them"
+#include <hiprt needs a little-endian machine>  // Does not exist.
+#endif
+#if defined(__SIZEOF_POINTER__) && __SIZEOF_POINTER__ < 8
+#error "hiprt: this machine has 32-bit pointers, and BVH files have 64-bit offsets: compile for a 64-bit machine"
+#include <hiprt needs a 64-bit machine>  // Does not exist.
+#endif
+
 #if defined(__CUDACC_RTC__) || defined(__HIPCC_RTC__)
 #define HIPRT_RUN_TIME_COMPILER 1
 #else

@@ -3,14 +3,9 @@
 
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/query/hit_lists.h>
+#include <hiprt_device/query/side.h>
 
 namespace hiprt {
-
-enum class Side {
-  kOutside,
-  kInside,
-  kUnknown,  ///< The query failed: the stack was too small, or the policies do not cover the scene.
-};
 
 /// The closest point of a surface, and the side on which the query's point is.
 /// @tparam Nearest ClosestPoint or PathClosestPoint.

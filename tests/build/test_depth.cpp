@@ -3,9 +3,13 @@
 
 #include <hiprt_build/collapse/collapse_plan.h>
 #include <hiprt_build/sah_sbvh/sah.h>
+#include <hiprt_build/sah_sbvh/sbvh.h>
+#include <hiprt_build/tree/flatten.h>
 #include <tests/build/machine.h>
 
 #include <tests/catch.h>
+
+#include <bit>
 
 using namespace hiprt;
 using namespace hiprt::build;
@@ -32,6 +36,69 @@ unsigned depth_of_chain(std::uint32_t count, double share) {
   return at < 0x1p125 ? depth(build_sah(machine.engine, std::move(references)), 0) : 0;
 }
 
+/// A linked tree with one leaf and the rest at each node. Leaf i of the order from left to right is a point at i.
+struct LinkedChain {
+  enum class Side { kLeft, kRight, kBoth };  ///< Where the single leaves are.
+
+  std::vector<Reference> leaves;
+  std::vector<LinkedNode> nodes;
+  std::vector<std::uint32_t> counts;
+
+  LinkedChain(std::uint32_t count, Side side) : leaves(count), nodes(count), counts(count) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto x = static_cast<float>(i);
+      leaves[i] = Reference{Box{{x, 0, 0}, {x, 0, 0}}, LeafContents::make(0, 0, 0), i};
+    }
+    std::uint32_t first = 0, last = count - 1;
+    for (std::uint32_t node = 1; node < count; ++node) {
+      counts[node] = last - first + 1;
+      nodes[node].box = unite(leaves[first].box, leaves[last].box);
+      const bool left = side == Side::kLeft || (side == Side::kBoth && node % 2 == 0);
+      const LinkedRef single = (left ? first : last) | kLinkedLeaf;
+      (left ? ++first : --last);
+      const LinkedRef rest = node + 1 == count ? first | kLinkedLeaf : node + 1;
+      nodes[node].child[0] = left ? single : rest;
+      nodes[node].child[1] = left ? rest : single;
+    }
+  }
+  LinkedTreeView view() const { return {leaves, nodes, counts, leaves.size() == 1 ? kLinkedLeaf : 1u}; }
+};
+
+/// Levels of a chain whose end is halved where the halves reach kMaxDepth.
+unsigned depth_of_flat_chain(std::uint32_t count) {
+  for (unsigned level = 0; level + 1 < count; ++level) {
+    const std::uint32_t rest = count - level;
+    if (level + std::bit_width(rest) == kMaxDepth) return level + static_cast<unsigned>(std::bit_width(rest - 1));
+  }
+  return count - 1;
+}
+
+/// Checks that a subtree's boxes are those of its references, exactly.
+Box check_boxes(const DepthFirstTree& tree, std::uint32_t node) {
+  const DepthFirstNode& here = tree.nodes[node];
+  const Box box = here.count == 1 ? tree.references[here.first].box
+                                  : unite(check_boxes(tree, tree.left(node)), check_boxes(tree, tree.right(node)));
+  REQUIRE(same(here.box, box));
+  return box;
+}
+
+/// Four sticks at the end of a chain of others: 0 and 2 in one place, 1 and 3 beside it, in this order along x.
+ScratchArray<Reference> sticks_before_four(CpuEngine& engine, std::uint32_t others, double share) {
+  auto references = engine.allocate<Reference>(others + 4);
+  const auto put = [&](std::uint32_t i, double x, double y) {
+    const auto at = static_cast<float>(x), beside = static_cast<float>(y);
+    references[i] = Reference{Box{{at, beside, 0}, {at, beside, 1}}, LeafContents::make(0, 0, 0), i};
+  };
+  for (std::uint32_t i = 0; i < 4; ++i) put(i, (i + 1) * 0x1p-125, i % 2 == 0 ? 0.0 : 0x1p-118);
+  double at = 0x1p-116;
+  for (std::uint32_t i = 0; i < others; ++i) {
+    put(4 + i, at, 0.0);
+    at *= std::max(2.0, share * (i + 6));
+  }
+  REQUIRE(at < 0x1p127);
+  return references;
+}
+
 }  // namespace
 
 TEST_CASE("top-down trees reach the greatest depth and do not pass it", "[depth]") {
@@ -44,6 +111,48 @@ TEST_CASE("top-down trees reach the greatest depth and do not pass it", "[depth]
       deepest = std::max(deepest, levels);
     }
   CHECK(deepest == kMaxDepth);
+}
+
+TEST_CASE("flattened chains are halved where they would pass the greatest depth, in the order of their leaves",
+          "[depth]") {
+  unsigned deepest = 0;
+  for (std::uint32_t count = 1; count < 200; ++count)
+    for (const auto side : {LinkedChain::Side::kLeft, LinkedChain::Side::kRight, LinkedChain::Side::kBoth}) {
+      CAPTURE(count, static_cast<int>(side));
+      Machine machine;
+      const LinkedChain chain(count, side);
+      const DepthFirstTree tree = flatten(machine.engine, chain.view());
+      REQUIRE(depth(tree, 0) == depth_of_flat_chain(count));
+      REQUIRE(depth(tree, 0) <= kMaxDepth);
+      deepest = std::max(deepest, depth(tree, 0));
+      for (std::uint32_t i = 0; i < count; ++i) REQUIRE(tree.references[i].primitive == i);
+      check_boxes(tree, 0);
+    }
+  CHECK(deepest == kMaxDepth);
+}
+
+TEST_CASE("trees with spatial splits halve by count from the level where halves reach the greatest depth", "[depth]") {
+  // Four references have three bits. So the rule holds for them at level 57, and not above.
+  constexpr unsigned kOthers = kMaxDepth - 3;
+  for (const unsigned others : {kOthers - 1, kOthers}) {
+    CAPTURE(others);
+    Machine machine;
+    const GeometryTable none{};
+    const auto tree = build_sbvh(machine.engine, none, sticks_before_four(machine.engine, others, 0.65), 1.0, 1.0f);
+    std::uint32_t node = 0;
+    for (unsigned level = 0; level < others; ++level) {
+      CAPTURE(level);
+      REQUIRE(tree.nodes[node].count == others + 4 - level);
+      REQUIRE(tree.nodes[tree.right(node)].count == 1);
+      node = tree.left(node);
+    }
+    REQUIRE(tree.nodes[node].count == 4);
+    REQUIRE(tree.nodes[tree.left(node)].count == 2);
+    const std::uint32_t first = tree.nodes[node].first;
+    REQUIRE(tree.references[first].primitive == 0);
+    // The split by cost joins what lies in one place. Halving by count keeps the order along x.
+    REQUIRE(tree.references[first + 1].primitive == (others == kOthers ? 1 : 2));
+  }
 }
 
 TEST_CASE("wide trees add three stack entries per level up to the limit, and then one", "[depth]") {

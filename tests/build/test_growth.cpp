@@ -3,7 +3,7 @@
 #include <hiprt_build/build.h>
 #include <tests/build/cpu_time.h>
 #include <tests/oracle/odd_meshes.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 
 #include <tests/catch.h>
 

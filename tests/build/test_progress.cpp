@@ -10,7 +10,7 @@
 #include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 
 #include <tests/catch.h>
 

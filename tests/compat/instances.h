@@ -2,7 +2,7 @@
 /// Random scenes of instances for HIPRT's traversals.
 
 #include <tests/compat/scenes.h>
-#include <tests/traversal/instance_scenes.h>
+#include <tests/traversal/instances/instance_scenes.h>
 
 #include <deque>
 

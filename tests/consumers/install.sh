@@ -14,7 +14,7 @@ expect() {
     status=1
   fi
 }
-for tool in bvhbuild bvhinfo bvhtrace bvhrender; do expect "bin/$tool"; done
+for tool in bvhbuild bvhinfo bvhquery bvhtrace bvhrender; do expect "bin/$tool"; done
 expect 'include/hiprt_device/hiprt_device.h'
 expect 'include/hiprt_device/format/node.h'
 expect 'include/hiprt_build/build.h'

@@ -1,6 +1,6 @@
 #!/bin/bash
 # Compiles hiprt for another processor or system and runs it in an emulator. For tools/cross, in a chroot: it installs
-# packages. usage: check.sh aarch64|mingw
+# packages. usage: check.sh aarch64|mingw|refused
 set -euo pipefail
 
 target=$1
@@ -67,6 +67,11 @@ check_mingw() {
   fi
   export WINEPREFIX=$build/wine WINEDEBUG=-all
   ctest --test-dir "$build" -R '^smoke$' --output-on-failure | tail -3
+}
+
+check_refused() {
+  install cmake ninja-build clang g++-s390x-linux-gnu g++-arm-linux-gnueabihf g++-i686-linux-gnu
+  "$root/tests/cross/refused.sh" "$root"
 }
 
 "check_$target"

@@ -5,7 +5,7 @@
 #include <tests/amount.h>
 #include <tests/faults/every_allocation.h>
 #include <tests/oracle/meshes.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 
 #include <tests/catch.h>
 

@@ -125,7 +125,7 @@ TEST_CASE("allocations that fail: scenes of instances and merged levels") {
   const std::vector<std::span<const build::Instance>> groups{group, top};
   const build::InstancedScene instanced{files, groups};
   for (const double opening : {1.0, 3.0}) {
-    build::InstanceOptions options{.opening_budget = opening};
+    build::InstanceOptions options{.opening_budget = opening, .open_largest = true};
     options.tree.threads = 1;
     check_every_allocation("build_instances", kMost, [&] { return build::build_instances(instanced, options); });
   }

@@ -7,11 +7,13 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <numeric>
 #include <string>
 #include <thread>
 #include <vector>
@@ -53,6 +55,16 @@ template <class T> void check_fails(const Result<T>& result, const fs::path& pat
   INFO(result.error().message);
   CHECK(result.error().message.find("'" + path.string() + "'") != std::string::npos);
   CHECK(result.error().message.find(reason) != std::string::npos);
+}
+
+/// More than two parts of read_file(); no two aligned words of it are equal.
+fs::path write_large_file(const Folder& folder, std::vector<std::uint32_t>& words) {
+  words.resize((40u << 20) / sizeof(std::uint32_t) + 1);
+  std::iota(words.begin(), words.end(), 0u);
+  fs::path path = folder.path() / "large";
+  REQUIRE(write_file(path, std::as_bytes(std::span(words))));
+  fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(1));
+  return path;
 }
 
 }  // namespace
@@ -120,6 +132,85 @@ TEST_CASE("a file that cannot be mapped is refused with the reason") {
   check_fails(map_file(fifo), fifo, "not a regular file");
   check_fails(map_file("/dev/null"), "/dev/null", "not a regular file");
   check_fails(map_file(""), "", "No such file or directory");
+}
+
+TEST_CASE("a file that cannot be read is refused with the reason") {
+  const Folder folder;
+  const fs::path missing = folder.path() / "missing", empty = folder.path() / "empty", fifo = folder.path() / "fifo";
+  check_fails(read_file(missing), missing, "No such file or directory");
+  check_fails(read_file(folder.path()), folder.path(), "directory");
+  REQUIRE(write_file(empty, {}));
+  check_fails(read_file(empty), empty, "empty");
+  REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
+  check_fails(read_file(fifo), fifo, "not a regular file");
+}
+
+TEST_CASE("the bytes that read_file() has read stay when the file is shortened or written to") {
+  const Folder folder;
+  const fs::path path = folder.path() / "a";
+  const std::string text(1 << 20, 'o');
+  REQUIRE(write_file(path, as_bytes(text)));
+  const auto file = read_file(path);
+  REQUIRE(file);
+  std::ofstream(path, std::ios::binary | std::ios::in) << "new";
+  fs::resize_file(path, 10);
+  CHECK(std::equal(file->bytes().begin(), file->bytes().end(), as_bytes(text).begin(), as_bytes(text).end()));
+}
+
+TEST_CASE("read_file() refuses a file that ends before its size") {
+  // Files of sysfs say that they have a page and have less.
+  const fs::path path = "/sys/kernel/mm/transparent_hugepage/enabled";
+  std::error_code ignored;
+  if (!fs::exists(path, ignored) || fs::file_size(path, ignored) < 100) {
+    WARN("not run: there is no " << path);
+    return;
+  }
+  check_fails(read_file(path), path, "another program shortened it");
+}
+
+TEST_CASE("read_file() reads each part of a large file once, on the threads of its loop") {
+  const Folder folder;
+  std::vector<std::uint32_t> words;
+  const fs::path path = write_large_file(folder, words);
+  std::size_t parts = 0;
+  const auto on_threads = [&](std::size_t count, const std::function<void(std::size_t)>& body) {
+    parts = count;
+    std::vector<std::thread> threads;
+    for (std::size_t i = count; i-- > 0;) threads.emplace_back(body, i);
+    for (std::thread& thread : threads) thread.join();
+  };
+  const auto file = read_file(path, on_threads), alone = read_file(path);
+  REQUIRE(file);
+  REQUIRE(alone);
+  CHECK(parts == 3);
+  for (const Buffer* buffer : {&*file, &*alone}) {
+    const auto bytes = buffer->bytes();
+    CHECK(std::equal(bytes.begin(), bytes.end(), std::as_bytes(std::span(words)).begin(),
+                     std::as_bytes(std::span(words)).end()));
+  }
+}
+
+TEST_CASE("read_file() names the first missing byte of a file that is shortened between two parts") {
+  const Folder folder;
+  std::vector<std::uint32_t> words;
+  const fs::path path = write_large_file(folder, words);
+  const auto shorten = [&](std::size_t count, const std::function<void(std::size_t)>& body) {
+    body(0);
+    fs::resize_file(path, (20u << 20) + 1);
+    for (std::size_t i = count; i-- > 1;) body(i);
+  };
+  check_fails(read_file(path, shorten), path, "ended at byte 20971521: another program shortened it");
+}
+
+TEST_CASE("read_file() refuses a file that is written to between two parts") {
+  const Folder folder;
+  std::vector<std::uint32_t> words;
+  const fs::path path = write_large_file(folder, words);
+  const auto write = [&](std::size_t count, const std::function<void(std::size_t)>& body) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
+    std::ofstream(path, std::ios::binary | std::ios::in) << "new";
+  };
+  check_fails(read_file(path, write), path, "another program changed it");
 }
 
 TEST_CASE("a file that cannot be written is refused with the reason and leaves no file") {

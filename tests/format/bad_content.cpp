@@ -54,6 +54,15 @@ std::vector<BadCase> reachability_cases() {
   return {
       {E::kUnterminatedRun, "last leaf without the bit",
        row_changed([](TestScene& s) { s.leaves[3].last = false; }, child(1, 3))},
+      {E::kUnterminatedRun, "last leaf without the bit, and the bit set behind the section",
+       row_changed(
+           [](TestScene& s) {
+             s.leaves[3].last = false;
+             // The map follows the leaves. Its word 14 is where a leaf's flags would be.
+             s.map.resize(16, kInvalidId);
+             s.geometries.push_back({8, 8, 8, 0xffffffffu, 0});
+           },
+           child(1, 3))},
       {E::kSharedNode, "a run goes into another",
        row_changed([](TestScene& s) { s.leaves[2].last = false; }, child(1, 3))},
       {E::kSharedNode, "two references to one leaf",
@@ -167,6 +176,11 @@ std::vector<BadCase> leaf_cases() {
       {E::kBadTriangleId, "flipped", row_with(info(0, 13), std::uint8_t{0xa9})},
       {E::kBadTriangleId, "of an absent triangle", row_with(info(2, 13), std::uint8_t{0x89})},
       {E::kBadReservedField, "triangle-id byte 2", row_with(info(1, 14), std::uint8_t{1})},
+      {E::kBadReservedField, "triangle-id byte 3",
+       [](NodeLayout layout) {
+         const TestScene scene = row_scene(layout);
+         return BadFile{patched(scene, scene.leaf_at(1) + 48 + 15, std::uint8_t{1}).file, scene.leaf_at(1) + 48 + 14};
+       }},
       {E::kSplitWithoutFeature, "in two leaves", row_with(info(1, 0), 0u)},
       {E::kSplitWithoutFeature, "twice in a leaf", row_with(info(1, 4), 2u)},
   };
@@ -194,6 +208,13 @@ std::vector<BadCase> split_cases() {
        split_changed(
            [](TestScene& s) {
              for (Box* box : {&s.nodes[0][0].box, &s.nodes[0][1].box, &s.root.box}) box->min[2] = box->max[2] = 1;
+           },
+           [](const TestScene& s) { return s.leaf_at(0) + 48; })},
+      {E::kSplitNotCovered, "one box beside the triangle, which does not cover what both boxes enclose",
+       split_changed(
+           [](TestScene& s) {
+             s.nodes[0][0].box.min[0] = s.root.box.min[0] = -3;
+             s.nodes[0][0].box.max[0] = -1;
            },
            [](const TestScene& s) { return s.leaf_at(0) + 48; })},
       {E::kSplitDiffers, "another vertex",

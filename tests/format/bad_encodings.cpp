@@ -54,6 +54,20 @@ std::vector<BadCase> quantized_cases() {
       {E::kBadChildSlots, "axis 3", row_with(field(kChildren), std::uint8_t{0x3a}), only_quantized},
       {E::kBadReservedField, "bit 6 of the children byte", row_with(field(kChildren), std::uint8_t{0x4a}),
        only_quantized},
+      {E::kBadReservedField, "bit 7 of the children byte", row_with(field(kChildren), std::uint8_t{0x8a}),
+       only_quantized},
+      {E::kInexactPlane, "the largest origin, which is no grid's for small steps", with_plane(0, 0x1p126f, 0, 0),
+       only_quantized},
+      {E::kInexactPlane, "2^127, exactly",
+       [](NodeLayout layout) {
+         const TestScene scene = row_scene(layout);
+         BadFile bad{scene.write(), scene.plane_at(1, 1, 0, 1)};
+         bad.file.put(scene.node_at(1) + 4, 0.0f);
+         bad.file.put(scene.node_at(1) + kExponents + 1, std::uint8_t{250});
+         bad.file.seal();
+         return bad;
+       },
+       only_quantized},
       {E::kBadGrid, "exponent 0", row_with(field(kExponents + 1), std::uint8_t{0}), only_quantized},
       {E::kBadGrid, "exponent 255", row_with(field(kExponents + 2), std::uint8_t{255}), only_quantized},
       {E::kBadGrid, "origin beyond 2^126", row_with(field(4), std::nextafter(-0x1p126f, -kInf)), only_quantized},

@@ -79,6 +79,9 @@ std::vector<BadCase> custom_cases();
 /// Instances and objects.
 std::vector<BadCase> instance_cases();
 std::vector<BadCase> motion_cases();
+/// Parts of instances, boxes and records, each with one fault that no other check reports.
+std::vector<BadCase> part_and_still_cases();
+std::vector<BadCase> one_motion_fault_cases();
 /// Spheres and curves.
 std::vector<BadCase> shape_cases();
 

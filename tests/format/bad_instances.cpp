@@ -73,25 +73,6 @@ auto moving_file_with_group(float shutter_begin, float shutter_rate, FeatureMask
   };
 }
 
-/// A sliding instance whose box is two thirds too short on one side of its motion.
-BadFile sliding_file_with_tight_box(NodeLayout layout) {
-  const TestFile object = root_leaf_scene(layout).write();
-  const std::span<const std::byte> files[] = {object.bytes()};
-  const build::Motion motion{.keys = {{.time = 0}, {.time = 1, .translation = {1, 2, 3}}}};
-  const std::vector<build::Instance> group{{.motion = &motion}};
-  const auto scene = build::build_instances(files, group);
-  if (!scene) throw std::runtime_error(scene.error().message);
-  TestFile file(scene->buffer.bytes());
-  const BufferView view = *open_buffer(file.bytes());
-  const CustomLeaf& leaf = view.records<CustomLeaf>(view.leaves)[0];
-  const float less = 10 * 0x1p-24f * leaf.box[1].max[0], begin = leaf.box[0].max[0], end = leaf.box[1].max[0];
-  const std::uint64_t at = leaves(view) + 12;
-  file.put(at, begin - less);
-  file.put(at + 24, end - less);
-  file.seal();
-  return {std::move(file), at};
-}
-
 template <class T>
 BadCase wrong(FormatError error, const char* what, OffsetOf section, std::uint64_t field, T value,
               TestFile (*good)(NodeLayout) = scene_file) {
@@ -211,7 +192,6 @@ std::vector<BadCase> motion_cases() {
          file.seal();
          return BadFile{std::move(file), at};
        }},
-      {E::kBoxNotContained, "a box without a margin for rounding", sliding_file_with_tight_box},
       {E::kFeatureMismatch, "moving boxes without instances",
        row_header_with<std::uint64_t>(offsetof(FileHeader, features), 64 | 3)},
       {E::kBadMotion, "a shutter without moving boxes", row_header_with(offsetof(FileHeader, shutter_rate), 1.0f)},
@@ -225,8 +205,10 @@ std::vector<BadCase> motion_cases() {
       wrong(E::kBadMotion, "a shutter that begins behind the first key", header, offsetof(FileHeader, shutter_begin),
             0.5f, moving_file),
       {E::kBadMotion, "an object without moving boxes", moving_file_with_group(0.0f, 0.0f, 0)},
-      {E::kBadMotion, "an object with another shutter",
-       moving_file_with_group(0.25f, 0.25f, feature_bit(Feature::kMovingBoxes))},
+      {E::kBadMotion, "an object whose shutter begins at another time",
+       moving_file_with_group(0.25f, 1.0f, feature_bit(Feature::kMovingBoxes))},
+      {E::kBadMotion, "an object whose shutter has another length",
+       moving_file_with_group(0.0f, 0.25f, feature_bit(Feature::kMovingBoxes))},
   };
 }
 

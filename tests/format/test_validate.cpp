@@ -1,6 +1,7 @@
 /// Valid files pass with the right counts. Every FormatError occurs, at the byte with the fault.
 
 #include "bad_files.h"
+#include "good_parts.h"
 #include "safe_walk.h"
 #include "shape_files.h"
 
@@ -17,7 +18,8 @@ namespace {
 
 std::vector<BadCase> all_cases() {
   std::vector<BadCase> all = container_cases();
-  for (auto* part : {content_cases, encoding_cases, custom_cases, instance_cases, motion_cases, shape_cases})
+  for (auto* part : {content_cases, encoding_cases, custom_cases, instance_cases, motion_cases, part_and_still_cases,
+                     one_motion_fault_cases, shape_cases})
     for (BadCase& bad : part()) all.push_back(std::move(bad));
   return all;
 }
@@ -152,6 +154,52 @@ TEST_CASE("variations that the format allows are accepted") {
   }
   SECTION("unknown section flags") { file.put(TestScene::entry_at(0) + 4, 0xfffffffeu); }
   SECTION("a newer minor version") { file.put<std::uint16_t>(10, 7); }
+  file.seal();
+  const auto result = validate(file.bytes());
+  INFO((result ? "" : to_string(result.error())));
+  CHECK(result);
+}
+
+TEST_CASE("instances in parts, down to the deepest level, are accepted") {
+  const NodeLayout layout = every_layout();
+  const TestScene row = row_scene(layout), chain = chain_scene(layout, kMostOpenedLevels + 2);
+  for (const TestFile& file : {opened_file(row, {root_of(row)}), opened_file(row, {run_of(row, 0), node_of(row, 1)}),
+                               opened_file(row, {run_of(row, 3), run_of(row, 2), run_of(row, 0)}),
+                               opened_file(chain, chain_parts(chain, kMostOpenedLevels))}) {
+    const auto result = validate(file.bytes());
+    INFO((result ? "" : to_string(result.error())));
+    REQUIRE(result);
+    CHECK(result->dropped + 1 == result->primitives);
+  }
+}
+
+TEST_CASE("motions of every kind, also hidden at keys, and scenes without leaves are accepted") {
+  const NodeLayout layout = every_layout();
+  const TestFile nothing = empty_scene(layout).write();
+  for (const TestFile& file : {slerp_file(layout), nlerp_file(layout), matrix_file(layout), hidden_first_file(layout),
+                               hidden_last_file(layout), hidden_twice_file(layout), sliding_file(layout),
+                               sliding_back_file(layout), scene_of({nothing.bytes()}, {{}})}) {
+    const auto result = validate(file.bytes());
+    INFO((result ? "" : to_string(result.error())));
+    REQUIRE(result);
+  }
+}
+
+TEST_CASE("bounds of transforms may be smaller by the last bits of another compiler's doubles") {
+  TestFile file = instances_of(row_scene(every_layout()), 2);
+  const FileHeader& header = *open_buffer(file.bytes())->header;
+  file.put(offsetof(FileHeader, condition), (1 - 0x1p-22f) * header.condition);
+  file.put(offsetof(FileHeader, reach), (1 - 0x1p-22f) * header.reach);
+  file.seal();
+  CHECK(validate(file.bytes()));
+}
+
+TEST_CASE("a sphere or a segment of a curve without radius may be in a leaf") {
+  TestFile file = shape_file(every_layout());
+  const BufferView view = *open_buffer(file.bytes());
+  for (const std::uint64_t at : {view.shapes[1].points, view.shapes[2].points + 3 * sizeof(ShapePoint),
+                                 view.shapes[2].points + 4 * sizeof(ShapePoint)})
+    file.put(at + offsetof(ShapePoint, radius), 0.0f);
   file.seal();
   const auto result = validate(file.bytes());
   INFO((result ? "" : to_string(result.error())));

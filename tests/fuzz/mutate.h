@@ -133,6 +133,29 @@ inline void change_word(test::TestFile& file, const SectionEntry& section, Rando
   }
 }
 
+/// One of the file's sections that are not empty, each as often as any other.
+inline SectionEntry any_section(const BufferView& view, Random& random) {
+  const SectionEntry* const all[] = {&view.nodes,
+                                     &view.leaves,
+                                     &view.primitive_map_entry,
+                                     &view.geometry_entry,
+                                     &view.provenance_entry,
+                                     &view.instance_entry,
+                                     &view.object_entry,
+                                     &view.object_file_entry,
+                                     &view.motion_entry,
+                                     &view.segment_entry,
+                                     &view.shape_entry,
+                                     &view.shape_point_entry,
+                                     &view.curve_segment_entry,
+                                     &view.object_shape_entry};
+  SectionEntry chosen{};
+  std::uint64_t seen = 0;
+  for (const SectionEntry* section : all)
+    if (section->count != 0 && random.below(++seen) == 0) chosen = *section;
+  return chosen;
+}
+
 /// @return whether @p file had a good enough table of sections to be changed.
 inline bool mutate(test::TestFile& file, Random& random) {
   file.seal_if_possible();
@@ -145,9 +168,7 @@ inline bool mutate(test::TestFile& file, Random& random) {
   } else {
     // A fault in the header hides all others, so the header is changed less often than the content.
     const SectionEntry header{0, 0, 0, sizeof(FileHeader), 1};
-    const SectionEntry* const sections[] = {&before.nodes, &before.leaves, &before.primitive_map_entry,
-                                            &before.geometry_entry};
-    change_word(file, random.below(16) == 0 ? header : *sections[random.below(std::size(sections))], random);
+    change_word(file, random.below(16) == 0 ? header : any_section(before, random), random);
   }
   // The header may have changed: the section table is read again before it is used.
   const auto after = open_buffer(file.bytes());

@@ -28,6 +28,7 @@ class RaySource {
     if (kind == 4) ray.origin -= 3.0f * ray.direction;
     if (random_.below(8) == 0) ray.tmin = random_.wild();
     if (random_.below(8) == 0) ray.tmax = random_.wild();
+    ray.time = random_.below(4) == 0 ? random_.wild() : random_.uniform_float(-0.5, 1.5);
     if (random_.below(8) == 0) ray.mask = static_cast<std::uint32_t>(random_.bits());
     return ray;
   }

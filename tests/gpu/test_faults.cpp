@@ -6,7 +6,7 @@
 #include <hiprt_build/gpu/import.h>
 #include <hiprt_build/gpu/instances.h>
 #include <hiprt_build/gpu/refit.h>
-#include <tests/gpu/build_input.h>
+#include <tests/gpu/builders/build_input.h>
 #include <tests/gpu/recorder.h>
 #include <tests/oracle/motions.h>
 #include <tests/oracle/odd_meshes.h>

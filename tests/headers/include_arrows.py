@@ -38,11 +38,13 @@ MODULES = {
     'tools/base/': 'base',
     'tools/scene_io/': 'scene_io',
     'tools/build/': 'scene_build',
+    'tools/distributed/': 'distributed',
     'tools/render/image/': 'image',
     'tools/render/scene/': 'render_scene',
     'tools/render/tracers/': 'tracers',
     'tools/render/studio/': 'studio',
     'tools/render/path/': 'path',
+    'tools/render/units/': 'units',
     'tools/render/': 'path',
     'tools/': 'cli',
 }
@@ -79,12 +81,15 @@ MAY_INCLUDE = {
     'base': LIBRARY,
     'scene_io': LIBRARY | {'base'},
     'scene_build': LIBRARY | {'base', 'scene_io'},
+    'distributed': LIBRARY | {'base'},
     'image': LIBRARY | {'base', 'scene_io'},
     'render_scene': LIBRARY | {'base', 'scene_io'},
     'tracers': LIBRARY | {'base', 'render_scene'},
     'studio': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers'},
     'path': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers', 'studio'},
-    'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'image', 'render_scene', 'tracers', 'studio', 'path'},
+    'units': LIBRARY | {'base', 'image', 'render_scene', 'tracers', 'studio', 'path'},
+    'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'distributed', 'image', 'render_scene', 'tracers', 'studio',
+                      'path', 'units'},
 }
 # A folder of the include path of programs that include <hiprt/...>.
 COMPAT = 'hiprt_device/compat/'

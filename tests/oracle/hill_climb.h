@@ -46,10 +46,19 @@ inline void mutate(Genes& genes, Random& random) {
   }
 }
 
+/// Changes one number by 1, 2, 4, ... 2^13 units in its last place: for starts that are nearly a proof's worst case.
+inline void nudge(Genes& genes, Random& random) {
+  float& gene = genes[random.below(static_cast<std::uint32_t>(genes.size()))];
+  const float size = std::abs(gene), unit = std::nextafter(size, std::numeric_limits<float>::max()) - size;
+  gene += (random.coin() ? 1.0f : -1.0f) * std::ldexp(unit, static_cast<int>(random.below(14)));
+}
+
 /// @param make Genes(random): a start. @param score of genes: what may be at most 1 if the bound holds; below 0: they
 /// say nothing, or are out of range. @param starts, steps scored, each start with so many steps.
+/// @param change mutate() or nudge().
 template <class Make, class Score>
-Worst climb(std::uint64_t seed, unsigned starts, unsigned steps, const Make& make, const Score& score) {
+Worst climb(std::uint64_t seed, unsigned starts, unsigned steps, const Make& make, const Score& score,
+            void (*change)(Genes&, Random&) = mutate) {
   Random random(seed);
   Worst worst;
   for (unsigned start = 0; start < starts; ++start) {
@@ -58,7 +67,7 @@ Worst climb(std::uint64_t seed, unsigned starts, unsigned steps, const Make& mak
     worst.random = std::max(worst.random, here);
     for (unsigned step = 0; step < steps; ++step) {
       Genes next = genes;
-      for (std::uint32_t changes = 1 + random.below(3); changes > 0; --changes) mutate(next, random);
+      for (std::uint32_t changes = 1 + random.below(3); changes > 0; --changes) change(next, random);
       const double there = score(next);
       if (there < here) continue;
       genes = std::move(next);

@@ -206,15 +206,27 @@ HIPRT_HD inline bool is_folded(const Target& target, const Ray& ray, const Hit& 
   return false;
 }
 
+HIPRT_HD inline Ray first_ray(const Probe& probe, std::uint64_t number, Numbers& random) {
+  Ray ray = probe.kind == CheckKind::kBoxes ? box_ray(probe.target, number, random) : aimed_ray(probe, random);
+  ray.time = probe.time;
+  return ray;
+}
+
 }  // namespace probe_detail
+
+/// The test ray @p number, for tracers that take many rays at once. Any kind but kTrace; for kSpawned the ray whose hit
+/// the spawned ray leaves.
+HIPRT_HD inline Ray test_ray(const Probe& probe, std::uint64_t number) {
+  probe_detail::Numbers random(number);
+  return probe_detail::first_ray(probe, number, random);
+}
 
 /// Traces the test ray @p number and checks its result. Any kind but kTrace. @param trace has closest(ray); for
 /// CheckKind::kBoxes every_box(ray), the same with EveryBox; for crossings all(ray), the number of hits.
 template <class Tracer> HIPRT_HD inline Tally check_ray(const Probe& probe, std::uint64_t number, const Tracer& trace) {
   using namespace probe_detail;
   Numbers random(number);
-  Ray ray = probe.kind == CheckKind::kBoxes ? box_ray(probe.target, number, random) : aimed_ray(probe, random);
-  ray.time = probe.time;
+  Ray ray = first_ray(probe, number, random);
   if constexpr (requires { trace.all(ray); })
     if (is_crossings(probe.kind)) return {0, trace.all(ray) % 2, 0, 0};
   Hit left;

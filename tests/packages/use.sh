@@ -31,7 +31,7 @@ else
   export PATH=$prefix/bin:$PATH
 fi
 
-echo "the four tools"
+echo "the tools"
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n' >corner.obj
 bvhbuild corner.obj -o corner.bvh
 bvhinfo --validate corner.bvh >info.txt
@@ -40,14 +40,16 @@ zero='\0\0\0\0' one='\0\0\x80\x3f' quarter='\0\0\x80\x3e'
 printf "\x01\0\0\0\0\0\0\0$quarter$quarter$one$zero$zero$zero\0\0\x80\xbf\0\0\x80\x7f" >ray.bin
 bvhtrace corner.bvh --rays ray.bin --hits hit.bin >trace.txt
 printf "$one$zero" | cmp - hit.bin || fail "bvhtrace found another hit"
+printf "\x01\0\0\0\x03\0\0\0$quarter$quarter$one" >point.bin
+bvhquery corner.bvh --points point.bin -o near.bin >query.txt
 bvhrender corner.bvh -o corner.png --size 64x48 --spp 1
 [[ -s corner.png ]] || fail "no picture"
-for tool in bvhbuild bvhinfo bvhrender bvhtrace; do
+for tool in bvhbuild bvhinfo bvhquery bvhrender bvhtrace; do
   "$tool" --version | grep -q "^$tool " || fail "$tool --version"
 done
 
 echo "manual pages and completions"
-for tool in bvhbuild bvhinfo bvhrender bvhtrace; do
+for tool in bvhbuild bvhinfo bvhquery bvhrender bvhtrace; do
   zcat "$(find "$prefix/share/man" -name "$tool.1.gz")" | grep -q "^.SH EXAMPLES" || fail "no manual page of $tool"
   bash -n "$prefix/share/bash-completion/completions/$tool" || fail "no completion of $tool"
 done

@@ -2,7 +2,7 @@
 
 #include "scenes_to_render.h"
 
-#include <tests/traversal/instance_scenes.h>
+#include <tests/traversal/instances/instance_scenes.h>
 #include <tools/render/studio/heatmap.h>
 
 #include <cmath>

@@ -3,7 +3,7 @@
 #include "read_images.h"
 #include "renderer.h"
 
-#include <tests/tools/gltf_builder.h>
+#include <tests/tools/importers/gltf_builder.h>
 #include <tools/render/image/image.h>
 #include <tools/render/image/image_write.h>
 #include <tools/scene_io/mesh/mesh_import.h>

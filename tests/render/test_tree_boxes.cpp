@@ -113,7 +113,7 @@ TEST_CASE("tree boxes: the boxes of an instance's object turn and move with the 
   for (const double budget : {1.0, 4.0}) {
     const std::vector<build::Instance> instances{{.motion = &motion},
                                                  {.to_scene = {{{1, 0, 0, -200}, {0, 1, 0, 0}, {0, 0, 1, 0}}}}};
-    const auto scene = build::build_instances(files, instances, {.opening_budget = budget});
+    const auto scene = build::build_instances(files, instances, {.opening_budget = budget, .open_largest = true});
     REQUIRE(scene.has_value());
     const BufferView view = *open_buffer(scene->buffer.bytes());
     for (const float time : {0.0f, 0.5f, 1.0f}) {

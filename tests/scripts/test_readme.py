@@ -20,7 +20,7 @@ TABLE_MARK = "<!-- table: "
 TABLE = re.compile(re.escape(TABLE_MARK) + r"(\S+) -->\n((?:\|.*\n)+)")
 ANY_TABLE = re.compile(r"(?:^\|.*\n)+", re.MULTILINE)
 MOST_LINES = 30
-LONGER = {"tests/gpu/trace_file.hip": 45, "tests/examples/refit.cpp": 32}
+LONGER = {"tests/gpu/programs/trace_file.hip": 45, "tests/examples/refit.cpp": 32}
 FOLDERS = ("hiprt_device/", "hiprt_build/", "tools/", "tests/", "benchmarks/", "cmake/")
 CASE = re.compile(r'TEST_CASE\w*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+)')
 # Of compilers, of AMD, of Embree and of pbrt.
@@ -94,8 +94,9 @@ def link_faults(root: Path, name: str, text: str) -> list[str]:
 
 
 def test_file(root: Path, name: str) -> Path:
+    """A name alone is that of a file below tests/traversal."""
     here = root / "tests" / name
-    return here if here.is_file() else root / "tests/traversal" / name
+    return here if here.is_file() else next((root / "tests/traversal").rglob(name), here)
 
 
 def test_faults(root: Path, name: str, text: str) -> list[str]:

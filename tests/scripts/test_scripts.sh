@@ -1,6 +1,6 @@
 #!/bin/bash
-# test_scripts.sh ROOT: the command lines of tools/quickstart, check, chroot, package and install-packages, up to where
-# they would begin to install or to build.
+# test_scripts.sh ROOT: the command lines of tools/quickstart, check, fuzz, chroot, package and install-packages, up to
+# where they would begin to install or to build.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh
@@ -12,9 +12,11 @@ expect 0 "^usage: tools/chroot" "$root/tools/chroot" --help
 expect 2 "SUITE and COMMAND are missing" "$root/tools/chroot" trixie
 expect 2 "'../x' is not a name of a release" "$root/tools/chroot" ../x true
 expect 2 "needs the name of a release" "$root/tools/check" --suite
-expect 2 "name aarch64 or mingw" "$root/tools/cross"
+expect 2 "needs a positive number" "$root/tools/fuzz" --seconds 0
+expect 2 "needs a positive number" "$root/tools/fuzz" --together
+expect 2 "name aarch64, mingw or refused" "$root/tools/cross"
 expect 2 "must be AMD, NVIDIA or OFF" "$root/tools/package" --gpu INTEL
-for script in cross package quickstart check install-packages; do
+for script in cross package quickstart check fuzz install-packages; do
   expect 0 "^usage: tools/$script" "$root/tools/$script" --help
   expect 2 "unknown .*'--bad'" "$root/tools/$script" --bad
 done

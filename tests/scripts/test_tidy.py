@@ -24,8 +24,10 @@ class Clone:
         self.write("tools/a.cpp", '#include "a.h"\nint main() { return pointer() == nullptr ? 0 : 1; }\n')
         self.write("tools/b.cpp", "int b() { return 1; }\n")
         self.write(".clang-tidy", CONFIG.format(""))
-        # tools/tidy checks the first of the two variants of a.cpp, and no source in other folders.
-        commands = [("tools/a.cpp", []), ("tools/a.cpp", ["-DNO_SUCH=("]), ("tools/b.cpp", []), ("other/c.cpp", [])]
+        # tools/tidy checks the first of the two variants of a.cpp, without precompiled headers, and no source in other
+        # folders.
+        commands = [("tools/a.cpp", ["-include", "no/cmake_pch.hxx"]), ("tools/a.cpp", ["-DNO_SUCH=("]),
+                    ("tools/b.cpp", []), ("other/c.cpp", [])]
         entries = [{"directory": str(self.root / "build"), "file": str(self.root / file),
                     "command": " ".join(["ccache", "/usr/bin/c++", *more, "-c", str(self.root / file)])}
                    for file, more in commands]
@@ -41,10 +43,10 @@ class Clone:
         name = ["-c", "user.name=test", "-c", "user.email=test@localhost"]
         subprocess.run(["git", "-C", self.root, *name, *arguments], check=True, capture_output=True)
 
-    def expect(self, status, known, faults, said="", sources=2, more=()):
+    def expect(self, status, known, faults, said="", sources=2, more=(), left_out=""):
         done = subprocess.run([self.script, self.root / "build", "tools", "--root", self.root, *more],
                               capture_output=True, text=True, env=self.environment)
-        counts = f"{sources} sources, {known} of them known to be clean, {faults} with faults\n"
+        counts = f"{sources} sources, {known} of them known to be clean, {faults} with faults{left_out}\n"
         if done.returncode != status or not done.stdout.endswith(counts) or not re.search(said, done.stdout):
             sys.exit(f"expected status {status}, '{said}' and '{counts}', got {done.returncode}:\n"
                      f"{done.stdout}{done.stderr}")
@@ -77,12 +79,24 @@ def main():
         clone.expect(0, known=0, faults=0, sources=0, more=since)
         clone.write("tools/a.h", CLEAN.replace("pointer", "other"))
         clone.expect(1, known=0, faults=1, sources=1, more=since, said="pointer")
+        # Changes that are not committed come first, then those of the newest commit.
         clone.write("tools/a.h", CLEAN)
+        clone.write("tools/a.cpp", '#include "a.h"\nint main() { return *pointer(); }\n')
+        clone.git("commit", "-qam", "two")
+        clone.write("tools/b.cpp", "int b() { return 2; }\n")
+        clone.git("commit", "-qam", "three")
+        newest = ["--since", "HEAD~2", "--most", "1"]
+        left_out = "; left out: 1 of older changes"
+        clone.expect(0, known=0, faults=0, sources=1, more=newest, left_out=left_out)
+        clone.write("tools/a.cpp", '#include "a.h"\nint main() { return *pointer() + 1; }\n')
+        clone.expect(0, known=0, faults=0, sources=1, more=newest, left_out=left_out)
+        clone.expect(0, known=2, faults=0, more=newest[:-1] + ["2"])
         clone.write("tools/b.cpp", "int b() { return }\n")
         clone.expect(1, known=1, faults=1, said="expected expression")
         for arguments, message in ((["nowhere", "tools"], "nowhere/compile_commands.json"),
                                    ([str(clone.root / "build"), "tools", "--root", str(clone.root), "--clang-tidy",
-                                     "no-such-tidy"], "no-such-tidy is not here")):
+                                     "no-such-tidy"], "no-such-tidy is not here"),
+                                   ([str(clone.root / "build"), "tools", "--most", "1"], "--most needs --since")):
             done = subprocess.run([script, *arguments], capture_output=True, text=True)
             if done.returncode != 2 or message not in done.stderr:
                 sys.exit(f"expected status 2 and '{message}', got {done.returncode}: {done.stderr}")

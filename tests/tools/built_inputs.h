@@ -1,17 +1,17 @@
 #pragma once
 /// BVHs of files, built by bvhbuild's own code, and the surfaces of the same files.
 
-#include "gltf_builder.h"
+#include <tests/tools/importers/gltf_builder.h>
 
 #include <tools/build/build_meshes.h>
 #include <tools/build/build_scene.h>
 #include <tools/build/shape_geometries.h>
-#include <tools/cli/build_command.h>
+#include <tools/cli/build/build_command.h>
+#include <tools/cli/build/mesh_inputs.h>
+#include <tools/cli/build/scene_input.h>
+#include <tools/cli/build/shape_inputs.h>
 #include <tools/cli/cli.h>
-#include <tools/cli/mesh_inputs.h>
 #include <tools/cli/progress.h>
-#include <tools/cli/scene_input.h>
-#include <tools/cli/shape_inputs.h>
 #include <tools/scene_io/scene/scene_flatten.h>
 #include <tools/scene_io/scene/surface_load.h>
 

@@ -38,7 +38,8 @@ TEST_CASE("Command lines: --help shows examples, --version the version") {
     const CommandResult version = run({tool.path, "--version"});
     CHECK(version.status == 0);
     CHECK(version.err.empty());
-    CHECK_THAT(version.out, Catch::Matches(tool.name + " [0-9]+\\.[0-9]+\\.[0-9]+\nGPU code: .+\nEmbree: .+\n"));
+    CHECK_THAT(version.out,
+               Catch::Matches(tool.name + " [0-9]+\\.[0-9]+\\.[0-9]+\nGPU code: .+\nEmbree: .+\nMPI: .+\n"));
   }
 }
 
@@ -61,7 +62,7 @@ TEST_CASE("Command lines: bad usage is status 2 with one line that names the fau
   check_usage_error(build, {"a.obj", "-o", "b", "--threads", "two"}, "--threads");
   check_usage_error(build, {"a.obj", "-o", "b", "--max-leaf", "0"}, "--max-leaf");
   check_usage_error(build, {"a.obj", "-o", "b", "--max-leaf", "65"}, "--max-leaf");
-  check_usage_error(kTools[1], {"a.bvh", "b.bvh"}, "b.bvh");
+  check_usage_error(kTools[1], {"a.bvh", "b.bvh"}, "OUT requires --upgrade");
   const Tool& trace = kTools[2];
   check_usage_error(trace, {"a.bvh", "--hits", "h"}, "--rays");
   check_usage_error(trace, {"a.bvh", "--rays", "r"}, "--hits");

@@ -30,7 +30,7 @@ expect() {
   if [[ $1 != "$2" ]]; then fail "got '$1' instead of '$2'"; fi
 }
 
-for tool in bvhbuild bvhinfo bvhrender bvhtrace; do
+for tool in bvhbuild bvhinfo bvhquery bvhrender bvhtrace; do
   # Every option of --help is in the page and in the scripts.
   mapfile -t options < <("$tool" --help | grep -oE '^ {2,10}(-[a-z], *)?--[a-z-]+' | grep -oE -- '--[a-z-]+')
   [[ ${#options[@]} -ge 5 ]] || fail "$tool --help lists ${#options[@]} options"

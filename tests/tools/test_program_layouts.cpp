@@ -1,6 +1,6 @@
 /// bvhbuild and bvhinfo on every layout, and bvhinfo on custom primitives.
 
-#include "gltf_builder.h"
+#include <tests/tools/importers/gltf_builder.h>
 #include "json_result.h"
 #include "programs.h"
 

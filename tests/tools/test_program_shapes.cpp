@@ -1,6 +1,6 @@
 /// Spheres and curves through the programs: in scenes, alone, and with invalid input.
 
-#include "hair_files.h"
+#include <tests/tools/importers/hair_files.h>
 #include "json_result.h"
 #include "programs.h"
 

@@ -1,6 +1,6 @@
 /// The programs end to end: files in, files out, and nothing left behind when something is wrong.
 
-#include "gltf_builder.h"
+#include <tests/tools/importers/gltf_builder.h>
 #include "json_result.h"
 #include "programs.h"
 

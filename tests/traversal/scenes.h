@@ -8,7 +8,7 @@
 #include <tests/oracle/brute_force.h>
 #include <tests/oracle/builders.h>
 #include <tests/oracle/mesh.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 
 #include <tests/catch.h>
 

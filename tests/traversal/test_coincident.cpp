@@ -1,7 +1,7 @@
 // Instances in one place: the path decides, in closest hits and in all hits. And flags and overflows below the first
 // level.
 
-#include <tests/traversal/instance_scenes.h>
+#include <tests/traversal/instances/instance_scenes.h>
 
 #include <algorithm>
 

@@ -76,6 +76,30 @@ TEST_CASE("the rounding of a moving box is the sum of moving_box.h, and builders
   CHECK(double{begin.min[0]} <= -3 - 1.25 * 12 * double{kUnit} * 3);
 }
 
+TEST_CASE("the filter of exact decisions is at least the sum of exact-decisions.md") {
+  struct Sheared {
+    ArrayLanes::Float x, y, z;
+  };
+  // Shears of a quarter and a half: s = 1 / 2.
+  const Reference::PreparedRay<ArrayLanes> ray(Ray{.origin = {0, 0, 0}, .direction = {1, 2, 4}});
+  const auto filter = [&](float x, float y, float z) {
+    using Lanes = ArrayLanes;
+    const Sheared at{Lanes::set(x, 0, 0, 0), Lanes::set(0, y, 0, 0), Lanes::set(0, 0, 0, z)};
+    return double{Reference::uncertainty<Lanes>(at, ray)};
+  };
+  // Two units of each factor of a product, and Kahan's two, for T^2; three of each depth, for T s |z|.
+  const double own = 2 + 2 + 2, of_depth = 3 + 3, unit = kUnit;
+  const double wide = 3, deep = 8;  // T, and s |z|; R is the larger.
+  CHECK(filter(3, 0, 0) >= unit * own * wide * wide);
+  CHECK(filter(0, 0, 16) >= 2 * (3 * unit * deep) * (3 * unit * deep));
+  // The value of the page: 7 u R (T + 4 u R) + 2^-98.
+  CHECK(filter(3, 2, 0) == Approx(7 * unit * 3 * (3 + 4 * unit * 3)).epsilon(0x1p-22));
+  CHECK(filter(0, 0, 16) == Approx(7 * unit * deep * 4 * unit * deep).epsilon(0x1p-22));
+  CHECK(filter(2, 3, 16) == Approx(7 * unit * deep * (3 + 4 * unit * deep)).epsilon(0x1p-22));
+  CHECK(filter(2, 3, 16) >= unit * of_depth * deep * 3);
+  CHECK(filter(0, 0, 0) == 0x1p-98);
+}
+
 TEST_CASE("errors of instances: ten roundings inside, fourteen and six of a motion") {
   surface_detail::EnteredInstance<true, float> still, moving;
   InstanceRecord record{};

@@ -8,7 +8,7 @@
 #include <tests/oracle/exact.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>
-#include <tests/traversal/moving_scenes.h>
+#include <tests/traversal/instances/moving_scenes.h>
 #include <tests/traversal/workers.h>
 
 #include <tests/catch.h>

@@ -2,7 +2,7 @@
 
 #include <tests/oracle/meshes.h>
 #include <tests/traversal/double_rays.h>
-#include <tests/traversal/instance_scenes.h>
+#include <tests/traversal/instances/instance_scenes.h>
 #include <tests/traversal/workers.h>
 
 #include <bit>

@@ -6,7 +6,7 @@
 #include <hiprt_device/query/t_error.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/double_rays.h>
-#include <tests/traversal/instance_scenes.h>
+#include <tests/traversal/instances/instance_scenes.h>
 #include <tests/traversal/workers.h>
 
 using namespace hiprt;

@@ -1,6 +1,6 @@
 // Observers of a traversal see every event that WorkCounter counts, in a consistent order, and change nothing.
 
-#include <tests/traversal/moving_scenes.h>
+#include <tests/traversal/instances/moving_scenes.h>
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>

@@ -4,6 +4,7 @@
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/traverse/stacks/rolling.h>
 #include <hiprt_device/traverse/stacks/shared.h>
+#include <hiprt_device/traverse/stacks/tiered.h>
 #include <tests/oracle/random.h>
 #include <tests/traversal/chain.h>
 
@@ -17,7 +18,8 @@ using hiprt::oracle::Random;
 
 namespace {
 
-/// Pushes until the stack says that it is full: there is room for kMostPushed more iff they fit.
+/// Pushes until the stack says that it is full: there is room for kMostPushed more iff they fit. An empty stack with a
+/// bottom pops it any number of times.
 template <class Stack, class Entry> void check_room(const typename Stack::Storage& storage, unsigned capacity) {
   typename Stack::template Of<Entry> stack(storage);
   CAPTURE(capacity);
@@ -29,10 +31,96 @@ template <class Stack, class Entry> void check_room(const typename Stack::Storag
   CHECK_FALSE(stack.has_room());
   for (unsigned i = capacity; i > 0; --i) REQUIRE(stack.pop() == Entry(i));
   CHECK(stack.empty());
+  if constexpr (requires { Stack::template Of<Entry>::kHasBottom; })
+    for (unsigned i = 0; i < 3; ++i) REQUIRE(stack.pop() == bottom_entry<Entry>());
+  CHECK(stack.has_room() == (kMostPushed <= capacity));
+}
+
+template <unsigned kEntries, class Entry> void check_private_room() {
+  typename PrivateStack<kEntries>::Memory memory;
+  check_room<PrivateStack<kEntries>, Entry>(memory, kEntries);
+}
+template <unsigned kShared, unsigned kEntries, class Entry> void check_tiered_room() {
+  using Stack = TieredStack<kShared, kEntries>;
+  constexpr unsigned kThreads = 3;
+  std::vector<StackEntry> block(kThreads * (kShared + 1));
+  typename Stack::Memory memory;
+  const typename Stack::Storage storage(block.data(), 1, kThreads, memory);
+  check_room<Stack, Entry>(storage, kEntries);
+  // The entries of one node, pushed together, may lie on both sides of the border. No entry has a value twice.
+  for (unsigned before = 0; before + kMostPushed <= kEntries; ++before) {
+    CAPTURE(kShared, before);
+    const auto entry = [&](unsigned i) { return Entry{100 * before + 50 + i}; };
+    typename Stack::template Of<Entry> stack(storage);
+    for (unsigned i = 0; i < before; ++i) stack.push(entry(i));
+    stack.push_some([&](auto&& push) {
+      for (unsigned i = 0; i < kMostPushed; ++i) push(entry(before + i));
+    });
+    for (unsigned i = before + kMostPushed; i-- > 0;) REQUIRE(stack.pop() == entry(i));
+    REQUIRE(stack.empty());
+  }
 }
 
 struct Counting : Policies {
   using Counter = WorkCounter;
+};
+struct CountingLater : Counting {
+  using Schedule = Postponed;
+};
+template <class AnyStack> struct WithStack : Policies { using Stack = AnyStack; };
+
+/// A node with three leaves and a node. A ray along z enters their boxes at 1, 2, 6 and 3 and meets the triangles at 4,
+/// 5 and 6. It misses the leaf below the inner node. With y below 0.5 it misses that node, too.
+class Fork {
+ public:
+  Fork() {
+    geometry_.mask = 0xffffffffu;
+    set_leaf(0, {{0, 0, 1}, {1, 1, 4}}, 4);
+    set_leaf(1, {{0, 0, 2}, {1, 1, 5}}, 5);
+    set_leaf(2, {{0, 0, 6}, {1, 1, 6}}, 6);
+    set_leaf(3, {{2, 2, 3}, {3, 3, 3}}, 3);
+    set_child(0, 3, make_ref(offsetof(Tree, node[1]), NodeType::kBox32), {{0, 0.5f, 3}, {3, 3, 8}});
+    set_child(1, 0, leaf_ref(3), {{2, 2, 3}, {3, 3, 3}});
+    for (unsigned child = 1; child < kBranching; ++child) set_child(1, child, kInvalidRef, kNone);
+  }
+
+  SceneView view() const {
+    SceneView scene{.base = reinterpret_cast<const std::byte*>(&tree_), .size = sizeof tree_, .geometries = &geometry_};
+    scene.root = make_ref(0, NodeType::kBox32);
+    scene.bounds = {{0, 0, 1}, {3, 3, 8}};
+    scene.features = feature_bit(Feature::kTriangles);
+    return scene;
+  }
+
+ private:
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  static constexpr Box kNone{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  struct alignas(256) Tree {
+    PlanesBoxNode node[2];
+    PlanesLeaf leaf[4];
+  };
+
+  static NodeRef leaf_ref(unsigned i) {
+    return make_ref(offsetof(Tree, leaf) + i * sizeof(PlanesLeaf), NodeType::kTriangle0);
+  }
+  void set_child(unsigned node, unsigned child, NodeRef ref, const Box& box) {
+    tree_.node[node].child[child] = ref;
+    PlanesLayout::set_box(tree_.node[node], child, box);
+  }
+  /// A triangle of the box's low corner at height z.
+  void set_leaf(unsigned i, const Box& box, float z) {
+    if (i < 3) set_child(0, i, leaf_ref(i), box);
+    constexpr float kCorners[4][2] = {{0, 0}, {1, 0}, {0, 1}, {0, 1}};
+    for (unsigned vertex = 0; vertex < 4; ++vertex) {
+      tree_.leaf[i].coordinate[0][vertex] = box.min[0] + kCorners[vertex][0];
+      tree_.leaf[i].coordinate[1][vertex] = box.min[1] + kCorners[vertex][1];
+      tree_.leaf[i].coordinate[2][vertex] = z;
+    }
+    tree_.leaf[i].info = {{i, kInvalidId}, kLastInRun, TriangleId::from_rotation(0)};
+  }
+
+  Tree tree_{};
+  GeometryRecord geometry_{};
 };
 
 }  // namespace
@@ -47,6 +135,41 @@ TEMPLATE_TEST_CASE("stacks have room for exactly their capacity", "", StackEntry
     check_room<RollingStack<4>, TestType>({block.data(), 1, kThreads, spill}, 4 + spilled);
     check_room<RollingStack<8>, TestType>({block.data(), 1, kThreads, spill}, 8 + spilled);
     check_room<GlobalStack, TestType>(typename GlobalStack::Storage(spill), spilled);
+  }
+  check_private_room<2, TestType>();
+  check_private_room<3, TestType>();
+  check_private_room<16, TestType>();
+  // With capacities at the border of shared memory, and kMostPushed around it.
+  check_tiered_room<1, 3, TestType>();
+  check_tiered_room<4, 5, TestType>();
+  check_tiered_room<4, 7, TestType>();
+  check_tiered_room<4, 16, TestType>();
+}
+
+TEST_CASE("a stack traces the deepest tree that its capacity has room for, and no deeper one") {
+  // Each node leaves one entry behind. A visit needs room for kMostPushed.
+  constexpr unsigned kEntries = 12, kLevels = kEntries - kMostPushed + 1;
+  std::vector<StackEntry> block(kEntries);
+  TieredStack<4, kEntries>::Memory memory;
+  for (const unsigned levels : {kLevels - 1, kLevels, kLevels + 1}) {
+    CAPTURE(levels);
+    const Chain chain(levels);
+    const SceneView scene = chain.view();
+    const Ray down{.origin = {0.25f, 0.25f, 100.0f}, .direction = {0, 0, -1}};
+    std::uint32_t overflows = 0;
+    const auto check = [&](const Hit& hit) {
+      REQUIRE(hit.failed() == (levels > kLevels));
+      REQUIRE(hit.found() == (levels <= kLevels));
+      REQUIRE(overflows == (levels > kLevels ? 1u : 0u));
+      overflows = 0;
+    };
+    PrivateStack<kEntries>::Memory own;
+    check(
+        closest_hit<WithStack<PrivateStack<kEntries>>>(scene, down, PrivateStack<kEntries>::Storage(own, &overflows)));
+    check(closest_hit<WithStack<TieredStack<4, kEntries>>>(
+        scene, down, TieredStack<4, kEntries>::Storage(block.data(), 0, 1, memory, &overflows)));
+    check(closest_hit<WithStack<SharedStack<kEntries>>>(
+        scene, down, SharedStack<kEntries>::Storage(block.data(), 0, 1, &overflows)));
   }
 }
 
@@ -69,6 +192,25 @@ TEST_CASE("nodes beyond the hit are popped and not visited") {
   REQUIRE(first.next_hit().primitive == 0);
   CHECK(first.counter().box_tests == 1);
   CHECK(first.counter().leaf_tests == 1);
+}
+
+TEST_CASE("what lies beyond the hit is not visited behind a node without a hit, nor behind a leaf") {
+  const Fork fork;
+  const SceneView scene = fork.view();
+  const auto check = [&]<class P>(P, float y, std::uint32_t boxes) {
+    const Ray ray{.origin = {0.25f, y, 0.0f}, .direction = {0, 0, 1}};
+    typename P::Stack::Memory memory;
+    ClosestHit<P> query(scene, ray, memory);
+    const Hit hit = query.next_hit();
+    REQUIRE(hit.primitive == 0);
+    REQUIRE(hit.t == 4.0f);
+    CHECK(query.counter().box_tests == boxes);
+    CHECK(query.counter().leaf_tests == 2);
+  };
+  check(Counting{}, 0.6f, 2);
+  check(Counting{}, 0.25f, 1);
+  check(CountingLater{}, 0.6f, 2);
+  check(CountingLater{}, 0.25f, 1);
 }
 
 TEST_CASE("a spawned ray starts as far from the surface as the error bound requires, and not much farther") {

@@ -1,6 +1,6 @@
 // Searches for the ray and triangle that come closest to a guaranteed bound. None may exceed it.
 
-#include <tests/traversal/worst_cases.h>
+#include <tests/traversal/directed.h>
 
 #include <hiprt_device/intersect/double_triangle_test.h>
 #include <hiprt_device/intersect/exact_triangle_test.h>
@@ -114,11 +114,72 @@ template <class Test, class Real> double spawn_share(const Genes& genes) {
   return least_part([&](double part) { return !meets(part); });
 }
 
-template <class Share> void search(const char* what, const Share& share) {
-  search_genes(what, make_genes, [&](const Genes& genes) {
+/// point_share() or t_share() in long double.
+template <class Test, bool kOfT> double quick_share(const Genes& genes) {
+  using Long = long double;
+  const auto it = case_of(genes);
+  const auto hit = it ? hit_of<Test, float>(*it) : std::nullopt;
+  if (!hit) return -1.0;
+  std::array<Long, 3> from{}, edge1{}, edge2{}, n{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Long a = it->corners.p0[k];
+    from[k] = a - it->ray.origin[static_cast<int>(k)];
+    edge1[k] = it->corners.p1[k] - a;
+    edge2[k] = it->corners.p2[k] - a;
+  }
+  Long along = 0, distance = 0, size = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+    n[k] = edge1[i] * edge2[j] - edge1[j] * edge2[i];
+    along += n[k] * it->ray.direction[static_cast<int>(k)];
+    distance += n[k] * from[k];
+    size += std::fabs(n[k]);
+  }
+  if (!(size > 0) || along == 0) return -1.0;
+  const Long off = std::fabs(hit->t * along - distance);
+  if (kOfT) return static_cast<double>(off / std::fabs(along) / t_error(SceneView{}, it->ray, *hit));
+  return static_cast<double>(off / size / hit->error);
+}
+
+/// The error of the sheared, rounded edge functions, in the bound of Reference's filter.
+double filter_share(const Genes& genes) {
+  using Lanes = ArrayLanes;
+  const auto it = case_of(genes);
+  if (!it) return -1.0;
+  const auto leaf = leaf_of(it->corners);
+  const Reference::PreparedRay<Lanes> ray(it->ray);
+  const ShearedVertices<Lanes> at(leaf, ray);
+  const Rational bound(double{Reference::uncertainty<Lanes>(at, ray)});
+  const auto direction = [&](unsigned axis) { return exact(it->ray.direction[static_cast<int>(axis)]); };
+  Rational x[3], y[3];
+  for (unsigned i = 0; i < 3; ++i) {
+    const auto from = [&](unsigned axis) -> Rational {
+      return exact(leaf.vertex[i][axis]) - exact(it->ray.origin[static_cast<int>(axis)]);
+    };
+    const Rational depth = from(ray.z) / direction(ray.z);
+    x[i] = from(ray.x()) - direction(ray.x()) * depth;
+    y[i] = from(ray.y()) - direction(ray.y()) * depth;
+  }
+  const auto next_x = Lanes::shuffle<1, 2, 0, 3>(at.x), next_y = Lanes::shuffle<1, 2, 0, 3>(at.y);
+  const auto edges = difference_of_products<Lanes>(at.x, next_y, at.y, next_x);
+  double most = 0.0;
+  for (unsigned i = 0; i < 3; ++i) {
+    const unsigned j = (i + 1) % 3;
+    const Rational off = abs(exact(Lanes::get(edges, i)) - (x[i] * y[j] - y[i] * x[j]));
+    most = std::max(most, Rational(off / bound).get_d());
+  }
+  return most;
+}
+
+template <class Share> auto of_case(const Share& share) {
+  return [=](const Genes& genes) {
     const auto it = case_of(genes);
     return it ? share(*it) : -1.0;
-  });
+  };
+}
+
+template <class Share> void search(const char* what, const Share& share) {
+  search_genes(what, make_genes, of_case(share));
 }
 
 }  // namespace
@@ -153,4 +214,16 @@ TEST_CASE("no search makes Reference decide wrongly, or t worse than its last pl
 
 TEST_CASE("no search takes t out of the bounds of a deferred decision", "[worst_cases]") {
   search("Reference::Bounds", put_off_share);
+}
+
+TEST_CASE("directed searches reach these parts of the bounds of a triangle, and none breaks them", "[worst_cases]") {
+  // The shears are about a half: their roundings are largest there.
+  const auto sheared = [](Random& random) { return far_genes(random, 1024, 8192, 0.5f); };
+  search_directed("Reference: filter", 8, 4000, 0.55, sheared, filter_share);
+  search_directed("Watertight: Hit::error", 150, 8000, 0.2, small_genes, quick_share<Watertight, false>,
+                  of_case(point_share<Watertight, float>));
+  search_directed("Watertight: t_error()", 100, 8000, 0.2, small_genes, quick_share<Watertight, true>,
+                  of_case(t_share<Watertight, float>));
+  search_directed("Watertight: Conservative's margin", 40, 10000, 0.16, small_genes,
+                  flat(of_case(margin_share<Watertight, float>)));
 }

@@ -3,7 +3,7 @@
 /// rounding.
 
 #include <hiprt_device/ray.h>
-#include <tests/traversal/moving_scenes.h>
+#include <tests/traversal/instances/moving_scenes.h>
 
 #include <algorithm>
 #include <array>

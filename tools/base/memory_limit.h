@@ -10,7 +10,7 @@ namespace hiprt::tools {
 
 /// While a limit lives, the process can allocate that many bytes more than it had before. Allocations beyond it fail
 /// with std::bad_alloc, also those of libraries. The system counts (RLIMIT_DATA of Linux); elsewhere nothing is
-/// limited. Mapped files do not count. At most one limit may live at a time.
+/// limited. The bytes of files that are read count too. At most one limit may live at a time.
 class MemoryLimit {
  public:
   /// @param bytes 0: half of the machine's memory.

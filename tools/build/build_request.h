@@ -10,11 +10,14 @@
 
 namespace hiprt::tools {
 
+class BvhCache;
+
 struct BuildRequest {
   build::BuildOptions options;         ///< Of every object of a scene. build_scene() replaces the progress callback.
   build::InstanceOptions instances{};  ///< build_scene() derives its `tree` from `options`.
   DeviceChoice device = DeviceChoice::kCpu;
-  std::string tree_path{};  ///< File of the imported tree, for messages.
+  std::string tree_path{};          ///< File of the imported tree, for messages.
+  const BvhCache* cache = nullptr;  ///< Of the files of objects and meshes; nullptr: all are built.
 };
 
 }  // namespace hiprt::tools

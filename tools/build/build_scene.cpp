@@ -4,6 +4,7 @@
 #include <tools/base/parallel.h>
 #include <tools/build/build_meshes.h>
 #include <tools/build/build_progress.h>
+#include <tools/build/bvh_cache.h>
 #include <tools/build/gpu_builder.h>
 #include <tools/build/shape_geometries.h>
 
@@ -52,6 +53,14 @@ void add(build::BuildStatistics& sum, const build::BuildStatistics& s) {
   sum.scratch_bytes_peak = std::max(sum.scratch_bytes_peak, s.scratch_bytes_peak);
 }
 
+void add(CacheCounts& sum, const CacheCounts& counts) {
+  sum.hits += counts.hits;
+  sum.misses += counts.misses;
+  sum.damaged += counts.damaged;
+  if (sum.first_damage.empty()) sum.first_damage = counts.first_damage;
+  if (sum.first_not_stored.empty()) sum.first_not_stored = counts.first_not_stored;
+}
+
 /// Builds the files of all objects. If several objects fail, the error is that of the lowest number.
 class ObjectBuilder {
  public:
@@ -84,6 +93,7 @@ class ObjectBuilder {
     result.on_gpu = on_gpu_;
     result.other_builder = other_builder_;
     result.built_objects = files_.size();
+    result.cache = cache_;
     return std::move(files_);
   }
 
@@ -92,8 +102,10 @@ class ObjectBuilder {
     const SceneObject& object = scene_.objects[i];
     BuildRequest request = request_;
     request.options.threads = threads;
-    auto built = build_object(object, request);
+    CacheCounts cache;
+    auto built = build_object(object, request, cache);
     const std::lock_guard lock(reporting_);
+    add(cache_, cache);
     if (!built) {
       if (failed_ && i > failed_object_) return;
       failed_object_ = i;
@@ -109,11 +121,11 @@ class ObjectBuilder {
     progress_("objects", static_cast<double>(++done_) / static_cast<double>(files_.size()));
   }
 
-  build::Result<Built> build_object(const SceneObject& object, const BuildRequest& request) const {
+  build::Result<Built> build_object(const SceneObject& object, const BuildRequest& request, CacheCounts& cache) const {
     const auto shapes = shapes_of(scene_, object, request.options.threads);
     if (!shapes) return tl::unexpected(shapes.error());
     const std::vector<build::TriangleMesh> meshes = views_of(scene_, object);
-    return build_meshes({meshes, shapes->customs()}, request);
+    return build_or_reuse({meshes, shapes->customs()}, request, cache);
   }
 
   const SceneDescription& scene_;
@@ -126,6 +138,7 @@ class ObjectBuilder {
   std::size_t failed_object_ = 0, done_ = 0, other_builder_ = 0;
   build::Error error_{};
   build::BuildStatistics statistics_{};
+  CacheCounts cache_{};
   build::Builder builder_{};
   bool on_gpu_ = false;
 };
@@ -193,6 +206,17 @@ build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const bu
 }
 
 }  // namespace
+
+build::Result<Built> build_or_reuse(const build::SceneInput& scene, const BuildRequest& request, CacheCounts& counts) {
+  if (request.cache == nullptr) return build_meshes(scene, request);
+  auto result = request.cache->build(scene, request);
+  if (!result) return tl::unexpected(std::move(result.error()));
+  ++(result->use == CacheUse::kHit ? counts.hits : counts.misses);
+  counts.damaged += result->use == CacheUse::kDamaged ? 1 : 0;
+  counts.first_damage = std::move(result->damage);
+  counts.first_not_stored = std::move(result->not_stored);
+  return std::move(result->built);
+}
 
 build::Result<BuiltScene> build_scene(SceneDescription& scene, const BuildRequest& request,
                                       const ProgressSink& progress) {

@@ -2,10 +2,18 @@
 /// Builds the file of a scene of instances from its description.
 
 #include <tools/base/progress_sink.h>
+#include <tools/build/build_meshes.h>
 #include <tools/build/build_request.h>
 #include <tools/scene_io/scene/scene_description.h>
 
 namespace hiprt::tools {
+
+/// How the cache was used. With no cache all counts are 0.
+struct CacheCounts {
+  std::size_t hits = 0, misses = 0, damaged = 0;
+  std::string first_damage{};      ///< What is wrong with a damaged entry.
+  std::string first_not_stored{};  ///< Why an entry was not written; empty: all were.
+};
 
 struct BuiltScene {
   build::Buffer file;
@@ -15,7 +23,12 @@ struct BuiltScene {
   std::size_t built_objects = 0;
   bool on_gpu = false;  ///< Where objects were built. The CPU always builds the trees over instances.
   double object_seconds = 0, instance_seconds = 0;
+  CacheCounts cache{};
 };
+
+/// build_meshes(), through the cache if @p request has one.
+/// @param counts gets one more.
+build::Result<Built> build_or_reuse(const build::SceneInput& scene, const BuildRequest& request, CacheCounts& counts);
 
 /// Builds the objects (small ones in parallel), then the trees over instances. Frees the meshes and shapes of @p scene
 /// in between.

@@ -1,6 +1,7 @@
 #include <tools/cli/bvh_file.h>
 
 #include <tools/base/parallel.h>
+#include <tools/base/read_input.h>
 #include <tools/render/scene/trace_limits.h>
 
 #include <hiprt_build/file.h>
@@ -33,18 +34,28 @@ bool has_shapes_only(const BufferView& view) {
   return true;
 }
 
+build::Result<BvhFile> validated(const std::filesystem::path& path, unsigned threads, build::Result<BvhFile> file) {
+  if (!file) return file;
+  if (const auto valid = validate_on(threads, file->view.bytes); !valid)
+    return tl::unexpected(format_error(path, valid.error()));
+  return file;
+}
+
 }  // namespace
 
 build::Error format_error(const std::filesystem::path& path, const FormatIssue& issue) {
   return {build::ErrorCode::kInvalidInput, path.string() + ": not a valid BVH file: " + to_string(issue)};
 }
 
-build::Result<BvhFile> open_bvh(const std::filesystem::path& path) {
-  auto buffer = build::map_file(path);
+build::Result<BvhFile> open_bytes(const std::filesystem::path& path, build::Result<build::Buffer> buffer) {
   if (!buffer) return tl::unexpected(buffer.error());
   const auto view = open_buffer(std::as_const(*buffer).bytes());
   if (!view) return tl::unexpected(format_error(path, view.error()));
   return BvhFile{std::move(*buffer), *view};
+}
+
+build::Result<BvhFile> open_bvh(const std::filesystem::path& path, unsigned threads) {
+  return open_bytes(path, read_input(path, threads));
 }
 
 tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::span<const std::byte> bytes) {
@@ -54,11 +65,18 @@ tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::sp
 }
 
 build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned threads) {
-  auto file = open_bvh(path);
-  if (!file) return file;
-  if (const auto valid = validate_on(threads, file->view.bytes); !valid)
-    return tl::unexpected(format_error(path, valid.error()));
-  return file;
+  return validated(path, threads, open_bvh(path, threads));
+}
+
+build::Result<BvhFile> map_bvh(const std::filesystem::path& path, unsigned threads) {
+  return validated(path, threads, open_bytes(path, build::map_file(path)));
+}
+
+build::Result<void> check_triangles_only(const std::filesystem::path& path, const BufferView& view) {
+  if ((view.header->features & feature_bit(Feature::kCustom)) == 0) return {};
+  return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
+                                     path.string() + ": has custom primitives, spheres or curves; points and boxes "
+                                                     "find triangles only. Build a file of the meshes alone"});
 }
 
 build::Result<void> check_traceable(const std::filesystem::path& path, const BufferView& view) {

@@ -4,6 +4,7 @@
 #include <hiprt_build/format/utf8.h>
 #include <tools/base/gpu_code.h>
 #include <tools/cli/manual.h>
+#include <tools/distributed/launch.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -23,7 +24,8 @@ namespace {
 /// What --version prints.
 std::string version_text(const ToolInfo& info) {
   const std::string embree = build::embree_version();
-  return tool_version(info) + "\nGPU code: " + gpu_code_summary() + "\nEmbree: " + (embree.empty() ? "none" : embree);
+  return tool_version(info) + "\nGPU code: " + gpu_code_summary() + "\nEmbree: " + (embree.empty() ? "none" : embree) +
+         "\nMPI: " + mpi_summary();
 }
 
 /// Messages hold names and contents of files: what a terminal would take for a command is shown as \x1b.
@@ -113,7 +115,7 @@ void Cli::add_general_options() {
   app_->set_help_flag("-h,--help", "Print this help with examples and exit")->group("General");
   // CLI11 calls these functions while it parses, before it reports missing options. --help works in the same way.
   const auto print_and_stop = [](const std::string& text) {
-    std::cout << text;
+    if (is_first_of_launch()) std::cout << text;
     throw CLI::Success();
   };
   app_->add_flag_callback(
@@ -135,6 +137,9 @@ void Cli::add_general_options() {
 
 int Cli::parse(int argc, const char* const* argv, bool& stop) {
   stop = true;
+  // Under mpirun one rank speaks for all, which have the same command line.
+  std::ostream silent(nullptr);
+  std::ostream &out = is_first_of_launch() ? std::cout : silent, &err = is_first_of_launch() ? std::cerr : silent;
   // CLI11 reads [a,b] as a list. "./[a,b]" names the same file.
   std::vector<std::string> words(argv + 1, argv + argc);
   for (std::string& word : words)
@@ -145,14 +150,15 @@ int Cli::parse(int argc, const char* const* argv, bool& stop) {
     stop = false;
     return kExitSuccess;
   } catch (const CLI::CallForHelp&) {
-    std::cout << app_->help();
+    out << app_->help();
   } catch (const CLI::CallForVersion&) {
-    std::cout << version_text(info_) << "\n";
+    out << version_text(info_) << "\n";
   } catch (const CLI::Success&) {
     // --man or --completion: printed.
   } catch (const CLI::ParseError& error) {
-    std::cerr << info_.name << ": " << printable(usage_error(error)) << "; see " << info_.name << " --help\n";
-    return kExitUsage;
+    err << info_.name << ": " << printable(usage_error(error)) << "; see " << info_.name << " --help\n";
+    // The first rank that ends with a failure makes mpirun end the others: rank 0 must have printed by then.
+    return is_first_of_launch() ? kExitUsage : kExitSuccess;
   }
   return kExitSuccess;
 }

@@ -27,6 +27,7 @@ inline constexpr const char* kInputGroup = "Input";
 inline constexpr const char* kTreeGroup = "Tree";
 inline constexpr const char* kInstanceGroup = "Instances";
 inline constexpr const char* kOutputGroup = "Output";
+inline constexpr const char* kCacheGroup = "Cache and many assets";
 inline constexpr const char* kMachineGroup = "Machine";
 inline constexpr const char* kExpertGroup = "Experts";
 

@@ -186,7 +186,8 @@ std::string manual_page(const CLI::App& app, const ToolInfo& info) {
   const auto positionals = app.get_options([](const CLI::Option* option) { return option->get_positional(); });
   for (const CLI::Option* option : positionals) {
     const bool several = option->get_items_expected_max() > 1;
-    text += " \\fI" + roff(option->get_name()) + "\\fR" + (several ? "..." : "");
+    const std::string word = "\\fI" + roff(option->get_name()) + "\\fR" + (several ? "..." : "");
+    text += option->get_required() ? " " + word : " [" + word + "]";
   }
   text += "\n.SH DESCRIPTION\n" + paragraphs(description) + ".SH OPTIONS\n";
   for (const CLI::Option* option : positionals) text += manual_of(*option);
@@ -200,7 +201,7 @@ std::string manual_page(const CLI::App& app, const ToolInfo& info) {
       ".SH EXIT STATUS\n0: success. 1: bad input or a failed operation. 2: a wrong command line.\n.SH EXAMPLES\n.nf\n" +
       roff(info.examples) + ".fi\n.SH SEE ALSO\n";
   std::vector<std::string> others;
-  for (const char* other : {"bvhbuild", "bvhinfo", "bvhrender", "bvhtrace"})
+  for (const char* other : {"bvhbuild", "bvhinfo", "bvhquery", "bvhrender", "bvhtrace"})
     if (name != other) others.push_back(std::string("\\fB") + other + "\\fR(1)");
   return text + joined(others, ", ") + "\n";
 }

@@ -20,9 +20,14 @@ void add_device_option(CLI::App& app, std::string& device) {
 }
 
 build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
-                                                      const TracePolicies& policies) {
+                                                      const TracePolicies& policies, const GpuChoice& gpus) {
   if (choice == DeviceChoice::kCpu) return std::nullopt;
-  auto gpu = GpuTracer::make(view, {.policies = policies});
+  if (gpus.shared && !gpus.number && !GpuTracer::devices().empty()) {
+    if (choice == DeviceChoice::kAuto) return std::nullopt;
+    return fail(build::ErrorCode::kNoDevice,
+                "--device gpu, but the host has fewer GPUs than ranks: start fewer, or use --device auto");
+  }
+  auto gpu = GpuTracer::make(view, {.device = gpus.number, .policies = policies});
   if (gpu) return std::optional<GpuTracer>(std::move(*gpu));
   if (choice == DeviceChoice::kAuto && gpu.error().code == build::ErrorCode::kNoDevice) return std::nullopt;
   return fail(gpu.error().code, "GPU: " + gpu.error().message);

@@ -1,6 +1,7 @@
 #include <tools/scene_io/exchange_json.h>
 
 #include <tools/base/memory_limit.h>
+#include <tools/base/read_input.h>
 #include <tools/base/text.h>
 
 #include <hiprt_build/file.h>
@@ -277,7 +278,7 @@ std::string to_json(const build::ExchangeBvh& tree) {
 }  // namespace
 
 build::Result<build::ExchangeBvh> read_exchange(const std::filesystem::path& path) try {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const char* begin = reinterpret_cast<const char*>(file->bytes().data());
   if (is_utf16({begin, file->size()}))

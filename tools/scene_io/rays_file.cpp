@@ -1,6 +1,7 @@
 #include <tools/scene_io/rays_file.h>
 
 #include <tools/base/memory_limit.h>
+#include <tools/base/read_input.h>
 
 #include <hiprt_build/file.h>
 
@@ -16,13 +17,11 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "files are little-endian and copied as they are");
 
-struct RaysHeader {
-  std::uint32_t count, any_hit;
-};
 struct PathsHeader {
   std::uint32_t count, levels;
 };
 using RayRecord = std::array<float, 8>;
+static_assert(sizeof(RayRecord) == kRayBytes);
 
 tl::unexpected<build::Error> invalid(const std::filesystem::path& path, const std::string& what) {
   return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + what});
@@ -44,33 +43,45 @@ RayRecord encode(const Ray& ray) {
 
 }  // namespace
 
+build::Result<std::uint64_t> check_rays_header(const std::filesystem::path& path, const RaysHeader& header,
+                                               std::uint64_t size) {
+  if (size < sizeof(header))
+    return invalid(path, std::to_string(size) + " bytes are too few for a ray file's header of 8");
+  const std::uint64_t expected = sizeof(header) + std::uint64_t{header.count} * kRayBytes;
+  const bool larger = header.count == ~std::uint32_t{0} && size > expected && (size - expected) % kRayBytes == 0;
+  if (size != expected && !larger)
+    return invalid(path, "the header says " + std::to_string(header.count) + " rays, which takes " +
+                             std::to_string(expected) + " bytes, but the file has " + std::to_string(size));
+  if (header.any_hit > 1)
+    return invalid(path, "the any-hit flag at byte 4 is " + std::to_string(header.any_hit) + ", not 0 or 1");
+  return (size - sizeof(header)) / kRayBytes;
+}
+
+void decode_rays(std::span<const std::byte> bytes, std::span<Ray> rays) {
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    RayRecord record;
+    std::memcpy(&record, bytes.data() + i * sizeof(record), sizeof(record));
+    rays[i] = decode(record);
+  }
+}
+
 build::Result<RayBatch> read_rays(const std::filesystem::path& path) try {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
   RaysHeader header{};
-  if (bytes.size() < sizeof(header))
-    return invalid(path, std::to_string(bytes.size()) + " bytes are too few for a ray file's header of 8");
-  std::memcpy(&header, bytes.data(), sizeof(header));
-  const std::uint64_t expected = sizeof(header) + std::uint64_t{header.count} * sizeof(RayRecord);
-  if (bytes.size() != expected)
-    return invalid(path, "the header says " + std::to_string(header.count) + " rays, which takes " +
-                             std::to_string(expected) + " bytes, but the file has " + std::to_string(bytes.size()));
-  if (header.any_hit > 1)
-    return invalid(path, "the any-hit flag at byte 4 is " + std::to_string(header.any_hit) + ", not 0 or 1");
-  RayBatch batch{header.any_hit == 1, std::vector<Ray>(header.count)};
-  for (std::size_t i = 0; i < batch.rays.size(); ++i) {
-    RayRecord record;
-    std::memcpy(&record, bytes.data() + sizeof(header) + i * sizeof(record), sizeof(record));
-    batch.rays[i] = decode(record);
-  }
+  std::memcpy(&header, bytes.data(), std::min(bytes.size(), sizeof(header)));
+  const auto count = check_rays_header(path, header, bytes.size());
+  if (!count) return tl::unexpected(count.error());
+  RayBatch batch{header.any_hit == 1, std::vector<Ray>(static_cast<std::size_t>(*count))};
+  decode_rays(bytes.subspan(sizeof(header)), batch.rays);
   return batch;
 } catch (const std::bad_alloc&) {
   return tl::unexpected(not_enough_memory(path.string()));
 }
 
 build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& path) try {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
   if (bytes.size() % sizeof(HitRecord) != 0)
@@ -83,7 +94,7 @@ build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& pat
 }
 
 build::Result<PathBatch> read_paths(const std::filesystem::path& path) try {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
   PathsHeader header{};
@@ -92,11 +103,13 @@ build::Result<PathBatch> read_paths(const std::filesystem::path& path) try {
   std::memcpy(&header, bytes.data(), sizeof(header));
   const std::uint64_t records = std::uint64_t{header.count} * header.levels;
   const std::uint64_t found = (bytes.size() - sizeof(header)) / sizeof(PathRecord);
-  if (records != found || bytes.size() % sizeof(PathRecord) != 0)
+  const bool larger =
+      header.count == ~std::uint32_t{0} && header.levels != 0 && found > records && found % header.levels == 0;
+  if ((records != found && !larger) || bytes.size() % sizeof(PathRecord) != 0)
     return invalid(path, "the header says " + std::to_string(header.count) + " rays of " +
                              std::to_string(header.levels) + " levels, 8 bytes for each, but the file has " +
                              std::to_string(bytes.size() - sizeof(header)) + " bytes of them");
-  PathBatch batch{header.levels, std::vector<PathRecord>(static_cast<std::size_t>(records))};
+  PathBatch batch{header.levels, std::vector<PathRecord>(static_cast<std::size_t>(found))};
   std::ranges::copy(bytes.subspan(sizeof(header)), std::as_writable_bytes(std::span{batch.paths}).begin());
   return batch;
 } catch (const std::bad_alloc&) {

@@ -25,6 +25,20 @@ struct RayBatch {
   std::vector<Ray> rays;
 };
 
+/// The header of a ray file.
+struct RaysHeader {
+  std::uint32_t count;    ///< 0xffffffff: that many, or more, as the size of the file tells.
+  std::uint32_t any_hit;  ///< 0 or 1.
+};
+/// Bytes of a ray in a file.
+inline constexpr std::size_t kRayBytes = 32;
+
+/// @param size of the file in bytes. @return the number of rays, or kInvalidInput with what does not fit.
+build::Result<std::uint64_t> check_rays_header(const std::filesystem::path& path, const RaysHeader& header,
+                                               std::uint64_t size);
+/// @param bytes kRayBytes for each ray.
+void decode_rays(std::span<const std::byte> bytes, std::span<Ray> rays);
+
 struct HitRecord {
   float t;
   std::uint32_t primitive;

@@ -20,6 +20,7 @@ using hipStreamCaptureMode = cudaStreamCaptureMode;
 
 inline constexpr hipError_t hipSuccess = cudaSuccess;
 inline constexpr hipError_t hipErrorOutOfMemory = cudaErrorMemoryAllocation;
+inline constexpr hipError_t hipErrorUnknown = cudaErrorUnknown;
 inline constexpr hipError_t hipErrorInvalidValue = cudaErrorInvalidValue;
 inline constexpr hipError_t hipErrorNoDevice = cudaErrorNoDevice;
 inline constexpr hipError_t hipErrorNotReady = cudaErrorNotReady;
@@ -80,6 +81,10 @@ inline hipError_t hipMemGetInfo(size_t* free_bytes, size_t* total_bytes) {
 
 inline hipError_t hipMemcpy(void* to, const void* from, size_t bytes, hipMemcpyKind kind) {
   return cudaMemcpy(to, from, bytes, kind);
+}
+inline hipError_t hipMemcpyPeerAsync(void* to, int to_device, const void* from, int from_device, size_t bytes,
+                                     hipStream_t stream = nullptr) {
+  return cudaMemcpyPeerAsync(to, to_device, from, from_device, bytes, stream);
 }
 inline hipError_t hipMemcpyAsync(void* to, const void* from, size_t bytes, hipMemcpyKind kind,
                                  hipStream_t stream = nullptr) {

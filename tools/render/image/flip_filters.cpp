@@ -7,7 +7,7 @@
 namespace hiprt::tools {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 /// a exp(-b f^2) of the frequency f in cycles per degree; in space a sqrt(pi / b) exp(-pi^2 r^2 / b), r in degrees.
 struct Sensitivity {
@@ -46,17 +46,17 @@ Kernel scaled(const std::vector<double>& values, double factor) {
 }
 
 std::vector<double> sampled(std::size_t radius, const Sensitivity& part) {
-  return sampled(radius, kPi * kPi / (part.b * kPixelsPerDegree * kPixelsPerDegree));
+  return sampled(radius, pi * pi / (part.b * kPixelsPerDegree * kPixelsPerDegree));
 }
 
 /// The sum over the plane, whose filter is the product of one in x and the same in y.
 double volume(std::size_t radius, const Sensitivity& part) {
   const double line = sum(sampled(radius, part));
-  return part.a * std::sqrt(kPi / part.b) * line * line;
+  return part.a * std::sqrt(pi / part.b) * line * line;
 }
 
 Kernel sensitivity_kernel(std::size_t radius, const Sensitivity& part, double all) {
-  return scaled(sampled(radius, part), std::sqrt(part.a * std::sqrt(kPi / part.b) / all));
+  return scaled(sampled(radius, part), std::sqrt(part.a * std::sqrt(pi / part.b) / all));
 }
 
 /// Positive values are made to sum to 1, negative ones to -1.
@@ -71,7 +71,7 @@ Kernel balanced(const std::vector<double>& values) {
 }
 
 void add_sensitivity(FlipFilters& filters) {
-  const double widest = std::sqrt(kBlueYellowFirst.b / (2.0 * kPi * kPi)) * kPixelsPerDegree;
+  const double widest = std::sqrt(kBlueYellowFirst.b / (2.0 * pi * pi)) * kPixelsPerDegree;
   const std::size_t radius = filters.sensitivity_radius = radius_of(widest);
   filters.achromatic = sensitivity_kernel(radius, kAchromatic, volume(radius, kAchromatic));
   filters.red_green = sensitivity_kernel(radius, kRedGreen, volume(radius, kRedGreen));

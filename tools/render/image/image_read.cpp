@@ -1,9 +1,8 @@
 #include <tools/render/image/image_read.h>
 
 #include <tools/base/memory_limit.h>
+#include <tools/base/read_input.h>
 #include <tools/render/image/exr_attributes.h>
-
-#include <hiprt_build/file.h>
 
 #include <OpenEXR/Iex.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -210,7 +209,7 @@ build::Result<ColorImage> decode_exr_colors(std::span<const std::byte> bytes, co
 }
 
 build::Result<ColorImage> read_exr_colors(const std::filesystem::path& path) {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   return decode_exr_colors(file->bytes(), path.string());
 }

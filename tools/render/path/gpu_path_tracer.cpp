@@ -54,18 +54,20 @@ class GpuPathEngine {
 }  // namespace
 
 struct GpuPathTracer::State {
-  State(const SceneView& view, const PathSettings& settings) : scene{view, {}, settings} {}
+  State(GpuTracer& of_scene, const PathSettings& settings) : tracer(of_scene), scene{of_scene.scene(), {}, settings} {}
 
+  GpuTracer& tracer;
   gpu::DeviceAllocator allocator;
   PathArrays<PathDeviceArray> arrays;
   PathScene scene;
   gpu::DeviceArray<PathScene> on_device;  ///< Copy of `scene` for filters. Empty: no material has an alpha cut-out.
   gpu::DeviceArray<PathSum> sums;
+  PathSums rectangle{};  ///< In `sums`.
   std::unique_ptr<GpuPathEngine> engine;
   std::unique_ptr<PathWave<GpuPathEngine>> wave;
 
   build::Result<void> upload(const PathData& data);
-  build::Result<void> prepare(GpuTracer& tracer, bool alpha_cutout);
+  build::Result<void> prepare(bool alpha_cutout);
 };
 
 build::Result<void> GpuPathTracer::State::upload(const PathData& data) {
@@ -83,11 +85,12 @@ build::Result<void> GpuPathTracer::State::upload(const PathData& data) {
   return done;
 }
 
-build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool alpha_cutout) {
+build::Result<void> GpuPathTracer::State::prepare(bool alpha_cutout) {
   const auto pixels = std::size_t{scene.settings.width} * scene.settings.height;
   auto all = gpu::DeviceArray<PathSum>::make(pixels, nullptr, allocator);
   if (!all) return tl::unexpected(std::move(all.error()));
   sums = std::move(*all);
+  rectangle = {sums.data(), 0, 0, scene.settings.width};
   if (auto cleared = sums.fill(std::byte{0}, nullptr); !cleared) return cleared;
   if (alpha_cutout) {
     auto copy = gpu::DeviceArray<PathScene>::from(std::span(&scene, 1), nullptr, allocator);
@@ -103,9 +106,9 @@ build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool alpha_
 
 build::Result<GpuPathTracer> GpuPathTracer::make(GpuTracer& tracer, const PathData& data,
                                                  const PathSettings& settings) {
-  auto state = std::make_unique<State>(tracer.scene(), settings);
+  auto state = std::make_unique<State>(tracer, settings);
   auto done = state->upload(data);
-  if (done) done = state->prepare(tracer, has_alpha_cutout(data));
+  if (done) done = state->prepare(has_alpha_cutout(data));
   if (!done) return tl::unexpected(std::move(done.error()));
   return GpuPathTracer(std::move(state));
 }
@@ -115,10 +118,17 @@ GpuPathTracer::GpuPathTracer(GpuPathTracer&&) noexcept = default;
 GpuPathTracer& GpuPathTracer::operator=(GpuPathTracer&&) noexcept = default;
 GpuPathTracer::~GpuPathTracer() = default;
 
+build::Result<void> GpuPathTracer::make_current() const { return state_->tracer.make_current(); }
+
 std::uint32_t GpuPathTracer::capacity() const { return kCapacity; }
 
 build::Result<void> GpuPathTracer::run(const PathBatch& batch, PathRayCounts& rays) {
-  return state_->wave->run(batch, state_->sums.data(), rays);
+  return state_->wave->run(batch, state_->rectangle, rays);
+}
+
+build::Result<void> GpuPathTracer::load(const PathBatch& rectangle, std::span<const PathSum> sums) {
+  state_->rectangle = {state_->sums.data(), rectangle.left, rectangle.top, rectangle.width};
+  return state_->sums.upload(sums, nullptr);
 }
 
 build::Result<void> GpuPathTracer::download(std::span<PathSum> sums) {

@@ -23,10 +23,16 @@ class GpuPathTracer {
   GpuPathTracer& operator=(GpuPathTracer&&) noexcept;
   ~GpuPathTracer();
 
+  /// GpuTracer::make_current().
+  build::Result<void> make_current() const;
+
   /// Most paths of a batch.
   std::uint32_t capacity() const;
   build::Result<void> run(const PathBatch& batch, PathRayCounts& rays);
-  /// @param sums of the whole picture.
+  /// Later batches belong to this rectangle. Before the first call they belong to the picture, whose sums are 0.
+  /// @param sums of the rectangle's pixels, row by row.
+  build::Result<void> load(const PathBatch& rectangle, std::span<const PathSum> sums);
+  /// @param sums of the rectangle, or of the whole picture.
   build::Result<void> download(std::span<PathSum> sums);
 
  private:

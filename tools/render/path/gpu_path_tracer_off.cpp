@@ -14,9 +14,15 @@ GpuPathTracer::GpuPathTracer(GpuPathTracer&&) noexcept = default;
 GpuPathTracer& GpuPathTracer::operator=(GpuPathTracer&&) noexcept = default;
 GpuPathTracer::~GpuPathTracer() = default;
 
+build::Result<void> GpuPathTracer::make_current() const { return {}; }
+
 std::uint32_t GpuPathTracer::capacity() const { return 0; }
 
 build::Result<void> GpuPathTracer::run(const PathBatch&, PathRayCounts&) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
+}
+
+build::Result<void> GpuPathTracer::load(const PathBatch&, std::span<const PathSum>) {
   return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
 }
 

@@ -23,10 +23,29 @@ struct PathSum {
   std::uint32_t lost = 0;  ///< Samples whose value is not finite. They count as black.
 };
 
+/// The sums of a rectangle of pixels, row by row.
+struct PathSums {
+  PathSum* data;
+  std::uint32_t left, top;  ///< The rectangle's first pixel in the picture.
+  std::uint32_t width;      ///< Of the rectangle.
+
+  HIPRT_HD PathSum& at(std::uint32_t x, std::uint32_t y) const {
+    return data[std::uint64_t{y - top} * width + (x - left)];
+  }
+};
+
 /// Numbers of traced rays.
 struct PathRayCounts {
   std::uint64_t camera = 0, secondary = 0, shadow = 0;
   std::uint64_t failed = 0;  ///< Hit::failed(): the stack overflowed, or the tracer does not cover the scene.
+
+  PathRayCounts& operator+=(const PathRayCounts& other) {
+    camera += other.camera;
+    secondary += other.secondary;
+    shadow += other.shadow;
+    failed += other.failed;
+    return *this;
+  }
 };
 
 }  // namespace hiprt::tools

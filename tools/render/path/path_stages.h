@@ -52,7 +52,7 @@ struct PathJob {
   PathBatch batch;
   PathQueues queues;
   std::uint32_t bounce;  ///< 0: the rays are the camera's.
-  PathSum* sums;         ///< Of the picture.
+  PathSums sums;         ///< Of the batch's pixels, at least.
 };
 
 /// The steps, by name: kernels are asked for by it.
@@ -68,7 +68,7 @@ struct Step {
   const PathBatch& batch;
   const PathQueues& queues;
   std::uint32_t bounce;
-  PathSum* sums;
+  PathSums sums;
 
   HIPRT_HD explicit Step(const PathJob& job)
       : scene(job.scene), batch(job.batch), queues(job.queues), bounce(job.bounce), sums(job.sums) {}
@@ -239,7 +239,7 @@ struct SumPaths : path_detail::Step {
 
   HIPRT_HD void operator()(std::uint32_t i) const {
     const path_detail::Pixel at(batch, i * batch.samples);
-    PathSum& pixel = sums[std::uint64_t{at.y} * scene.settings.width + at.x];
+    PathSum& pixel = sums.at(at.x, at.y);
     for (std::uint32_t s = 0; s < batch.samples; ++s) {
       const Vec3 value = queues.states[i * batch.samples + s].radiance;
       ++pixel.samples;

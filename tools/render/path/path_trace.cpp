@@ -3,13 +3,11 @@
 #include <tools/base/interrupt.h>
 #include <tools/base/parallel.h>
 #include <tools/render/image/image.h>
+#include <tools/render/path/cpu_path_engine.h>
 #include <tools/render/path/gpu_path_tracer.h>
-#include <tools/render/path/path_wave.h>
-#include <tools/render/tracers/tracer.h>
+#include <tools/render/path/path_tile.h>
 
 #include <hiprt_build/exec/stopwatch.h>
-#include <hiprt_build/trace_rays.h>
-#include <hiprt_device/host_scene.h>
 
 #include <algorithm>
 #include <mutex>
@@ -22,50 +20,6 @@ constexpr std::uint32_t kTileSize = 32;
 
 /// Samples between two looks at the picture, at most.
 constexpr std::uint32_t kMostSamplesOfPass = 64;
-
-/// Samples of a pixel that neighbouring lanes of a GPU trace, if there are so many (decision 0017).
-constexpr std::uint32_t kSideBySide = 16;
-
-/// A wave's steps on the calling thread.
-class CpuPathEngine {
- public:
-  template <class T> using Array = std::vector<T>;
-
-  CpuPathEngine(const PathScene& scene, bool alpha_cutout) : scene_(scene), alpha_cutout_(alpha_cutout) {}
-
-  template <class T> build::Result<Array<T>> array(std::uint64_t count) const {
-    return Array<T>(static_cast<std::size_t>(count));
-  }
-  template <class Stage> build::Result<void> for_each(std::uint32_t count, const PathJob& job) const {
-    const Stage stage(job);
-    for (std::uint32_t i = 0; i < count; ++i) stage(i);
-    return {};
-  }
-  build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits,
-                            std::uint32_t* instance_paths) const {
-    const std::span<const Ray> from(rays, count);
-    const std::span<Hit> to(hits, count);
-    const std::span<std::uint32_t> paths(instance_paths,
-                                         instance_paths == nullptr ? 0 : std::size_t{count} * scene_.view.levels);
-    // Shadow rays only ask whether something blocks them.
-    if (query == Query::kAny && !alpha_cutout_ && current_host_scene(scene_.view) != nullptr)
-      return any_hits(scene_.view, from, to);
-    if (alpha_cutout_)
-      hiprt::tools::trace(scene_, query, from, to, paths);
-    else
-      hiprt::tools::trace(scene_.view, query, {}, from, to, {}, paths);
-    return {};
-  }
-  static build::Result<PathCounts> read(const Array<PathCounts>& counts) { return counts[0]; }
-  static build::Result<void> clear(Array<PathCounts>& counts) {
-    counts[0] = {};
-    return {};
-  }
-
- private:
-  const PathScene& scene_;
-  bool alpha_cutout_;
-};
 
 /// Some samples of all pixels.
 class Pass {
@@ -84,11 +38,12 @@ class Pass {
         const std::uint32_t left = static_cast<std::uint32_t>(i % columns) * kTileSize;
         const std::uint32_t top = static_cast<std::uint32_t>(i / columns) * kTileSize;
         PathRayCounts rays;
-        auto done = tile({left, top, std::min(kTileSize, settings.width - left),
-                          std::min(kTileSize, settings.height - top), first, 1},
-                         samples, rays);
+        const PathBatch tile{
+            left,  top,    std::min(kTileSize, settings.width - left), std::min(kTileSize, settings.height - top),
+            first, samples};
+        auto done = trace_tile(scene_, alpha_cutout_, tile, {picture_.sums.data(), 0, 0, settings.width}, rays);
         const std::lock_guard lock(mutex_);
-        add(rays);
+        picture_.rays += rays;
         if (!done && result) result = std::move(done);
       }
     };
@@ -99,51 +54,15 @@ class Pass {
   build::Result<void> on_gpu(GpuPathTracer& gpu, std::uint32_t first, std::uint32_t samples,
                              const std::function<void(double)>& progress) {
     const PathSettings& settings = scene_.settings;
-    const std::uint32_t side_by_side = std::min(samples, kSideBySide);
-    const std::uint32_t rows = std::clamp(gpu.capacity() / (settings.width * side_by_side), 1u, settings.height);
-    const std::uint32_t together = std::max(1u, gpu.capacity() / (rows * settings.width));
-    for (std::uint32_t top = 0; top < settings.height; top += rows)
-      for (std::uint32_t s = 0; s < samples && !interrupted(); s += together) {
-        PathRayCounts rays;
-        const PathBatch batch{
-            0, top, settings.width, std::min(rows, settings.height - top), first + s, std::min(together, samples - s)};
-        if (auto done = gpu.run(batch, rays); !done) return done;
-        add(rays);
-        if (progress) progress(static_cast<double>(top + batch.height) / settings.height);
-      }
-    return {};
+    return trace_on_gpu(gpu, {0, 0, settings.width, settings.height, first, samples}, picture_.rays, progress);
   }
 
  private:
-  build::Result<void> tile(PathBatch batch, std::uint32_t samples, PathRayCounts& rays) {
-    CpuPathEngine engine(scene_, alpha_cutout_);
-    auto wave = PathWave<CpuPathEngine>::make(engine, scene_, batch.paths());
-    if (!wave) return tl::unexpected(std::move(wave.error()));
-    for (std::uint32_t s = 0; s < samples && !interrupted(); ++s, ++batch.first_sample)
-      if (auto done = wave->run(batch, picture_.sums.data(), rays); !done) return done;
-    return {};
-  }
-
-  void add(const PathRayCounts& rays) {
-    picture_.rays.camera += rays.camera;
-    picture_.rays.secondary += rays.secondary;
-    picture_.rays.shadow += rays.shadow;
-    picture_.rays.failed += rays.failed;
-  }
-
   const PathScene& scene_;
   bool alpha_cutout_;
   PathPicture& picture_;
   std::mutex mutex_;
 };
-
-build::Result<void> check(const PathPicture& picture) {
-  if (picture.rays.failed == 0) return {};
-  return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, std::to_string(picture.rays.failed) +
-                                                                          " rays could not be traced: the tracer does "
-                                                                          "not cover the scene, or its stack is too "
-                                                                          "small"});
-}
 
 }  // namespace
 
@@ -172,7 +91,7 @@ build::Result<PathPicture> trace_paths(const SceneView& scene, const PathData& d
       if (progress.fraction) progress.fraction((done + fraction * count) / options.samples);
     };
     auto passed = gpu != nullptr ? pass.on_gpu(*gpu, done, count, part) : pass.on_cpu(done, count, limit, part);
-    if (passed) passed = check(picture);
+    if (passed) passed = check(picture.rays);
     if (passed && gpu != nullptr) passed = gpu->download(picture.sums);
     if (!passed) return tl::unexpected(std::move(passed.error()));
     done += count;

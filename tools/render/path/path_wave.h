@@ -45,8 +45,8 @@ template <class Engine> class PathWave {
     return wave;
   }
 
-  /// @param sums of the picture, in the engine's memory.
-  build::Result<void> run(const PathBatch& batch, PathSum* sums, PathRayCounts& rays) {
+  /// @param sums of the batch's pixels or more, in the engine's memory.
+  build::Result<void> run(const PathBatch& batch, const PathSums& sums, PathRayCounts& rays) {
     std::uint32_t count = batch.paths();
     rays.camera += count;
     auto done = engine_->template for_each<BeginPaths>(count, job(batch, 0, sums));
@@ -73,7 +73,7 @@ template <class Engine> class PathWave {
             shadow_rays_.data(), shadow_path_.data(),    shadow_hits_.data(), shadow_light_.data()};
   }
 
-  PathJob job(const PathBatch& batch, std::uint32_t bounce, PathSum* sums) {
+  PathJob job(const PathBatch& batch, std::uint32_t bounce, const PathSums& sums) {
     return {*scene_, batch, queues(), bounce, sums};
   }
 

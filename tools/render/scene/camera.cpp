@@ -9,15 +9,14 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
 namespace hiprt::tools {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-double radians(double degrees) { return degrees * (kPi / 180.0); }
+double radians(double degrees) { return degrees * (std::numbers::pi / 180.0); }
 
 /// Orthonormal axes of a view along @p forward.
 struct Basis {
@@ -132,7 +131,7 @@ Camera automatic_camera(const Box& bounds, double aspect) {
   const double depth = std::min(horizontal.depth(), vertical.depth());
   camera.at = centre + basis.right * horizontal.centre() + basis.up * vertical.centre();
   camera.eye = camera.at + basis.forward * depth;
-  camera.fov_degrees = 2.0 * std::atan(tangent) * (180.0 / kPi);
+  camera.fov_degrees = 2.0 * std::atan(tangent) * (180.0 / std::numbers::pi);
   return camera;
 }
 

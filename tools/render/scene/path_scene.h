@@ -48,7 +48,8 @@ struct PathGeometry {
   std::uint64_t first_triangle;     ///< In triangles, triangle_material and triangle_light.
   std::uint64_t first_coordinates;  ///< Of vertex 0; kNoVertices: it has none.
   std::uint64_t first_normal;       ///< The same.
-  std::uint32_t material;  ///< Of all primitives, which are no triangles; kInvalidId: triangles have their own.
+  std::uint32_t material;    ///< Of all primitives, which are no triangles; kInvalidId: triangles have their own.
+  std::uint32_t unused = 0;  ///< Fills the padding, so that equal scenes are equal bytes.
 };
 
 /// A triangle of an object that emits, in the object's space.

@@ -58,7 +58,7 @@ TileRenderer make_tile(const RenderJob& job, Canvas& canvas, std::size_t index) 
   const std::uint32_t top = static_cast<std::uint32_t>(index / canvas.columns) * kTileSize;
   const Tile tile{left, top, std::min(left + kTileSize, job.options.width),
                   std::min(top + kTileSize, job.options.height)};
-  return TileRenderer(job, tile, canvas.image, canvas.cost);
+  return TileRenderer(job, tile, {canvas.image.pixels, canvas.cost, 0, 0, canvas.image.width});
 }
 
 build::Result<void> render_on_cpu(const RenderJob& job, Canvas& canvas, Tally& tally, const ThreadLimit& limit,
@@ -66,7 +66,7 @@ build::Result<void> render_on_cpu(const RenderJob& job, Canvas& canvas, Tally& t
   const auto render_tiles = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       TileRenderer tile = make_tile(job, canvas, i);
-      tile.run();
+      tile.run(0, TileRenderer::passes(job.options));
       tally.add(tile);
     }
   };
@@ -85,7 +85,7 @@ build::Result<void> render_on_gpu(GpuTracer& gpu, const RenderJob& job, Canvas& 
       const double finished = static_cast<double>(begin) + done * static_cast<double>(count);
       if (progress) progress(finished / static_cast<double>(canvas.tiles));
     };
-    const auto on_gpu = render_together(gpu, job, tiles, limit, report);
+    const auto on_gpu = render_together(gpu, job, tiles, {0, TileRenderer::passes(job.options)}, limit, report);
     if (!on_gpu) return tl::unexpected(on_gpu.error());
     for (const TileRenderer& tile : tiles) tally.add(tile);
     tally.add_on_gpu(*on_gpu);

@@ -77,18 +77,19 @@ class Batches {
 }  // namespace
 
 build::Result<std::uint64_t> render_together(GpuTracer& gpu, const RenderJob& job, std::span<TileRenderer> tiles,
-                                             const ThreadLimit& limit, const std::function<void(double)>& progress) {
+                                             const PassRange& range, const ThreadLimit& limit,
+                                             const std::function<void(double)>& progress) {
   Batches batches(gpu, job, tiles, limit);
-  const unsigned passes = TileRenderer::passes(job.options);
-  for (unsigned pass = 0; pass < passes; ++pass) {
+  for (unsigned pass = range.first; pass < range.end; ++pass) {
     auto done = batches.for_each_tile([&](std::size_t i) { tiles[i].make_rays(pass); });
     if (done) done = batches.trace_all(&TileRenderer::primary);
     if (done) done = batches.for_each_tile([&](std::size_t i) { tiles[i].shade(pass); });
     if (done) done = batches.trace_all(&TileRenderer::shadows);
     if (done) done = batches.for_each_tile([&](std::size_t i) { tiles[i].add_shadows(); });
     if (!done) return tl::unexpected(std::move(done.error()));
-    if (progress) progress(static_cast<double>(pass + 1) / passes);
+    if (progress) progress(static_cast<double>(pass + 1 - range.first) / (range.end - range.first));
   }
+  if (range.end != TileRenderer::passes(job.options)) return batches.rays_on_gpu();
   auto done = batches.for_each_tile([&](std::size_t i) { tiles[i].finish(); });
   if (!done) return tl::unexpected(std::move(done.error()));
   return batches.rays_on_gpu();

@@ -10,11 +10,17 @@
 
 namespace hiprt::tools {
 
-/// Takes the tiles from their first pass to finish(). The CPU traces passes that count work, and batches that are too
-/// small for a GPU. The pixels are the same.
+/// Passes [first, end) of a picture.
+struct PassRange {
+  unsigned first, end;
+};
+
+/// Takes the tiles through the passes, and through finish() after the picture's last one. The CPU traces passes that
+/// count work, and batches that are too small for a GPU. The pixels are the same.
 /// @param progress called with 0 to 1.
 /// @return how many rays went to the GPU; kCancelled when interrupted() became true; the errors of GpuTracer::trace().
 build::Result<std::uint64_t> render_together(GpuTracer& gpu, const RenderJob& job, std::span<TileRenderer> tiles,
-                                             const ThreadLimit& limit, const std::function<void(double)>& progress);
+                                             const PassRange& range, const ThreadLimit& limit,
+                                             const std::function<void(double)>& progress);
 
 }  // namespace hiprt::tools

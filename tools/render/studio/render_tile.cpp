@@ -40,8 +40,8 @@ Vec3 color_of(std::size_t number) {
 
 }  // namespace
 
-TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost)
-    : job_(job), tile_(tile), width_(tile.right - tile.left), image_(image), cost_(cost) {
+TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, const TilePixels& pixels)
+    : job_(job), tile_(tile), width_(tile.right - tile.left), pixels_(pixels) {
   const std::size_t count = std::size_t{width_} * (tile.bottom - tile.top);
   rays_.resize(count);
   hits_.resize(count);
@@ -88,22 +88,22 @@ void TileRenderer::finish() {
   if (job_.options.mode == RenderMode::kAo) add_sky_light();
 }
 
-void TileRenderer::run() {
+void TileRenderer::run(unsigned first, unsigned end) {
   const auto trace_on_cpu = [&](const TileRays& work) {
     if (!work.rays.empty()) trace(job_.scene, work.query, {}, work.rays, work.hits, work.costs, work.paths);
   };
-  for (unsigned pass = 0; pass < passes(job_.options) && !refused_ && !interrupted(); ++pass) {
+  for (unsigned pass = first; pass < end && !refused_ && !interrupted(); ++pass) {
     make_rays(pass);
     trace_on_cpu(primary());
     shade(pass);
     trace_on_cpu(shadows());
     add_shadows();
   }
-  finish();
+  if (end == passes(job_.options)) finish();
 }
 
 std::size_t TileRenderer::pixel_of(std::size_t ray) const {
-  return (tile_.top + ray / width_) * image_.width + tile_.left + ray % width_;
+  return (tile_.top - pixels_.top + ray / width_) * pixels_.width + tile_.left - pixels_.left + ray % width_;
 }
 
 void TileRenderer::make_centre_rays() {
@@ -132,7 +132,7 @@ void TileRenderer::make_sample_rays(std::uint32_t sample) {
 
 void TileRenderer::store_layers() {
   for (std::size_t i = 0; i < rays_.size(); ++i) {
-    Pixel& pixel = image_.pixels[pixel_of(i)];
+    Pixel& pixel = pixels_.pixels[pixel_of(i)];
     const RayCost& cost = costs_[i];
     pixel.box_tests = cost.box_tests;
     pixel.leaf_tests = cost.leaf_tests;
@@ -171,14 +171,14 @@ void TileRenderer::shade_sample(std::uint32_t sample) {
 
 Vec3 TileRenderer::backdrop_of(std::size_t ray) const {
   const std::size_t row = tile_.top + ray / width_;
-  return Studio::backdrop(1.0f - (static_cast<float>(row) + 0.5f) / static_cast<float>(image_.height));
+  return Studio::backdrop(1.0f - (static_cast<float>(row) + 0.5f) / static_cast<float>(job_.options.height));
 }
 
 void TileRenderer::shade_ao(std::uint32_t sample) {
   const float weight = 1.0f / static_cast<float>(job_.options.samples);
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     if (!hits_[i].found()) {
-      image_.pixels[pixel_of(i)].color += backdrop_of(i) * weight;
+      pixels_.pixels[pixel_of(i)].color += backdrop_of(i) * weight;
       continue;
     }
     const PixelSampler sampler(tile_.left + static_cast<std::uint32_t>(i) % width_,
@@ -208,7 +208,7 @@ void TileRenderer::add_sky_light() {
   for (std::size_t i = 0; i < sky_light_.size(); ++i) {
     const SkyLight& light = sky_light_[i];
     if (light.sampled.x > 0.0f)
-      image_.pixels[pixel_of(i)].color += Studio::clay() * light.open * light.arrived / light.sampled;
+      pixels_.pixels[pixel_of(i)].color += Studio::clay() * light.open * light.arrived / light.sampled;
   }
 }
 
@@ -217,7 +217,7 @@ void TileRenderer::shade_primary() {
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     const float cosine = hits_[i].found() ? -glm::dot(facing_normal(rays_[i], hits_[i]), rays_[i].direction) : 0.0f;
     const Vec3 color = hits_[i].found() ? Studio::clay() * std::max(0.0f, cosine) : backdrop_of(i);
-    image_.pixels[pixel_of(i)].color += color * weight;
+    pixels_.pixels[pixel_of(i)].color += color * weight;
   }
 }
 
@@ -226,7 +226,7 @@ void TileRenderer::shade_normals() {
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     if (!hits_[i].found()) continue;
     const Vec3 display = glm::clamp(facing_normal(rays_[i], hits_[i]) * 0.5f + 0.5f, 0.0f, 1.0f);
-    image_.pixels[pixel_of(i)].color += linear_from_srgb(display) * weight;
+    pixels_.pixels[pixel_of(i)].color += linear_from_srgb(display) * weight;
   }
 }
 
@@ -260,7 +260,7 @@ void TileRenderer::shade_boxes() {
                   ? Vec3(kInk)
                   : color_of(TreeBoxes::box_of_triangle(hits_[i].primitive)) * (kAmbient + (1.0f - kAmbient) * cosine);
     }
-    image_.pixels[pixel_of(i)].color += color * weight;
+    pixels_.pixels[pixel_of(i)].color += color * weight;
   }
 }
 
@@ -268,7 +268,7 @@ void TileRenderer::shade_heatmap() {
   const float weight = 1.0f / static_cast<float>(job_.options.samples);
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     const RayCost& cost = costs_[i];
-    cost_[pixel_of(i)] += static_cast<float>(cost.box_tests + cost.leaf_tests + cost.instance_tests) * weight;
+    pixels_.cost[pixel_of(i)] += static_cast<float>(cost.box_tests + cost.leaf_tests + cost.instance_tests) * weight;
   }
 }
 

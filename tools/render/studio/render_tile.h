@@ -23,6 +23,23 @@ struct Tile {
   std::uint32_t left, top, right, bottom;
 };
 
+/// A rectangle of pixels that holds a tile, row by row.
+struct TilePixels {
+  std::span<Pixel> pixels;
+  std::span<float> cost;    ///< Tests of the pixels' primary rays. Empty unless RenderMode::kHeatmap.
+  std::uint32_t left, top;  ///< The rectangle's first pixel in the picture.
+  std::uint32_t width;      ///< Of the rectangle.
+};
+
+/// Sums over a pixel's samples. The light of the open sky is known exactly. It is multiplied by the fraction of the
+/// sampled light that arrives. Surfaces without shadows thus have no noise (Heitz, Hill, McGuire, "Combining analytic
+/// direct illumination and stochastic shadows", I3D 2018).
+struct SkyLight {
+  Vec3 open{0.0f};     ///< Light of the open sky, from the normals.
+  Vec3 sampled{0.0f};  ///< Sent by the sky along the shadow rays.
+  Vec3 arrived{0.0f};  ///< The part of it that was not shadowed.
+};
+
 /// Rays of a tile to trace, in the form of trace().
 struct TileRays {
   Query query;
@@ -36,9 +53,8 @@ struct TileRays {
 /// Tiles are independent: they may take the steps together or one tile after the other.
 class TileRenderer {
  public:
-  /// @param image, cost the tile's pixels are written. `cost` receives the tests of the pixels' primary rays, only in
-  /// RenderMode::kHeatmap.
-  TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost);
+  /// @param pixels hold the tile. They are written.
+  TileRenderer(const RenderJob& job, const Tile& tile, const TilePixels& pixels);
 
   /// Number of passes: one for rays through the pixels' centres, if they are needed, and one per sample if there are
   /// several.
@@ -51,8 +67,11 @@ class TileRenderer {
   void add_shadows();
   void finish();
 
-  /// Runs all steps on the CPU.
-  void run();
+  /// Runs all steps of passes [first, end) on the CPU, and finish() after the last pass of the picture.
+  void run(unsigned first, unsigned end);
+
+  /// What the passes so far leave to later ones besides the pixels, per pixel of the tile, row by row.
+  std::span<SkyLight> sky_light() { return sky_light_; }
 
   const RayCounts& counts() const { return counts_; }
   bool failed() const { return refused_; }
@@ -61,14 +80,6 @@ class TileRenderer {
   struct Shadow {
     std::size_t ray;  ///< Index of the primary ray; equal in all samples of a pixel.
     Vec3 light;       ///< Arrives if the shadow ray has no hit.
-  };
-  /// Sums over a pixel's samples. The light of the open sky is known exactly. It is multiplied by the fraction of the
-  /// sampled light that arrives. Surfaces without shadows thus have no noise (Heitz, Hill, McGuire, "Combining analytic
-  /// direct illumination and stochastic shadows", I3D 2018).
-  struct SkyLight {
-    Vec3 open{0.0f};     ///< Light of the open sky, from the normals.
-    Vec3 sampled{0.0f};  ///< Sent by the sky along the shadow rays.
-    Vec3 arrived{0.0f};  ///< The part of it that was not shadowed.
   };
 
   void make_centre_rays();
@@ -90,8 +101,7 @@ class TileRenderer {
   const RenderJob& job_;
   Tile tile_;
   std::uint32_t width_;
-  Image& image_;
-  std::span<float> cost_;
+  TilePixels pixels_;
   std::vector<Ray> rays_, shadow_rays_;
   std::vector<Hit> hits_, shadow_hits_;
   std::vector<RayCost> costs_;

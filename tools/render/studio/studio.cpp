@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace hiprt::tools {
 namespace {
@@ -33,7 +34,6 @@ Vec3 key_light(float cosine) {
 
 ZonalIrradiance::ZonalIrradiance(const std::function<Vec3(float)>& light) {
   constexpr int kRings = 32, kSectors = 64;
-  constexpr float kPi = 3.14159265358979323846f;
   for (std::size_t i = 0; i <= kSteps; ++i) {
     const float c = 2.0f * static_cast<float>(i) / kSteps - 1.0f;
     const float s = std::sqrt(std::max(0.0f, 1.0f - c * c));
@@ -43,7 +43,7 @@ ZonalIrradiance::ZonalIrradiance(const std::function<Vec3(float)>& light) {
       for (int sector = 0; sector < kSectors; ++sector) {
         const float sine = std::sqrt((static_cast<float>(ring) + 0.5f) / kRings);
         const float cosine = std::sqrt(1.0f - sine * sine);
-        const float angle = (static_cast<float>(sector) + 0.5f) * (2.0f * kPi / kSectors);
+        const float angle = (static_cast<float>(sector) + 0.5f) * (2.0f * std::numbers::pi_v<float> / kSectors);
         sum += light(c * cosine + s * sine * std::cos(angle));
       }
     table_[i] = sum / static_cast<float>(kRings * kSectors);

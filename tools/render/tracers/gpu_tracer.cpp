@@ -147,7 +147,22 @@ build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::sp
   return seconds;
 }
 
+std::vector<std::string> GpuTracer::devices() {
+  std::vector<std::string> addresses;
+  const auto all = gpu::devices();
+  for (int i = 0; all && i < static_cast<int>(all->size()); ++i) {
+    hipDeviceProp_t properties{};
+    if (!gpu::check(hipGetDeviceProperties(&properties, i), "hipGetDeviceProperties", "device ", i)) return {};
+    addresses.push_back(std::to_string(properties.pciDomainID) + ":" + std::to_string(properties.pciBusID) + ":" +
+                        std::to_string(properties.pciDeviceID));
+  }
+  return addresses;
+}
+
 build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracerOptions& options) {
+  if (options.device)
+    if (auto set = gpu::check(hipSetDevice(*options.device), "hipSetDevice", "device ", *options.device); !set)
+      return tl::unexpected(std::move(set.error()));
   auto device = usable_device();
   if (!device) return tl::unexpected(std::move(device.error()));
   const SceneView on_host = make_scene_view(view);
@@ -178,6 +193,10 @@ GpuTracer& GpuTracer::operator=(GpuTracer&&) noexcept = default;
 GpuTracer::~GpuTracer() = default;
 
 const std::string& GpuTracer::device_name() const { return state_->device_name; }
+
+build::Result<void> GpuTracer::make_current() const {
+  return gpu::check(hipSetDevice(state_->device.index), "hipSetDevice", "device ", state_->device.index);
+}
 
 const SceneView& GpuTracer::scene() const { return state_->scene.view; }
 

@@ -9,11 +9,16 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace hiprt::tools {
 
 struct GpuTracerOptions {
+  /// Number of the GPU, as hipSetDevice() takes it. It becomes the current one of the calling thread. Nothing: the
+  /// current one.
+  std::optional<int> device{};
   /// Rays of a part, more than 0. The default fills a GPU many times over. It takes 150 MB with the hits, and 8 MB more
   /// for each level of the instance paths.
   std::size_t rays_at_once = std::size_t{1} << 21;
@@ -40,9 +45,16 @@ class GpuTracer {
   /// - the architecture has no kernel for the scene and the policies.
   static build::Result<GpuTracer> make(const BufferView& view, const GpuTracerOptions& options = {});
 
+  /// @return the PCI addresses of the process's GPUs, in the order of their numbers; empty without a GPU. Processes of
+  /// one host that may use the same GPU get the same address.
+  static std::vector<std::string> devices();
+
   GpuTracer(GpuTracer&&) noexcept;
   GpuTracer& operator=(GpuTracer&&) noexcept;
   ~GpuTracer();
+
+  /// Makes the GPU the current one of the calling thread. Call it before other threads than make()'s use it.
+  build::Result<void> make_current() const;
 
   /// "NVIDIA H200, sm_90"
   const std::string& device_name() const;

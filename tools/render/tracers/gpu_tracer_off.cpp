@@ -20,6 +20,10 @@ GpuTracer::GpuTracer(GpuTracer&&) noexcept = default;
 GpuTracer& GpuTracer::operator=(GpuTracer&&) noexcept = default;
 GpuTracer::~GpuTracer() = default;
 
+std::vector<std::string> GpuTracer::devices() { return {}; }
+
+build::Result<void> GpuTracer::make_current() const { return {}; }
+
 const std::string& GpuTracer::device_name() const { return state_->device_name; }
 
 const SceneView& GpuTracer::scene() const { return state_->scene; }

@@ -1,11 +1,10 @@
 #include <tools/scene_io/gltf/gltf_buffers.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/read_input.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/gltf/gltf_check.h>
 #include <tools/scene_io/gltf/gltf_extensions.h>
-
-#include <hiprt_build/file.h>
 
 #include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
@@ -47,7 +46,7 @@ build::Result<GltfBuffer> from_file(const std::string& uri, const std::filesyste
   std::error_code ignored;
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
     return fail(build::ErrorCode::kIo, path.string() + ": it is not a regular file");
-  auto file = build::map_file(path);
+  auto file = read_input(path);
   if (!file) return tl::unexpected(std::move(file.error()));
   files.push_back(path.string());
   const auto bytes = std::as_const(*file).bytes();

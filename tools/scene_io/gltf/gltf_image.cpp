@@ -1,10 +1,9 @@
 #include <tools/scene_io/gltf/gltf_image.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/read_input.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/gltf/gltf_buffers.h>
-
-#include <hiprt_build/file.h>
 
 #include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
@@ -34,10 +33,10 @@ build::Result<ImageBytes> from_file(const JsonLocation& location, const std::str
   if (name.empty() || name.find('\0') != std::string::npos) json_fault(location, "not the name of a file");
   // As tinygltf joins the names of buffers: what begins with a slash stays in the folder.
   const std::filesystem::path path = folder / std::filesystem::path(name).relative_path();
-  auto file = build::map_file(path);
+  auto file = read_input(path);
   if (!file) return tl::unexpected(std::move(file.error()));
-  ImageBytes result{.mapped = std::move(*file), .path = path.string()};
-  result.bytes = std::as_const(result.mapped).bytes();
+  ImageBytes result{.file = std::move(*file), .path = path.string()};
+  result.bytes = std::as_const(result.file).bytes();
   return result;
 }
 

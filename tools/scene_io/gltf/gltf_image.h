@@ -20,7 +20,7 @@ namespace hiprt::tools {
 
 /// A file (PNG, JPEG) in memory.
 struct ImageBytes {
-  build::Buffer mapped{};                ///< Of a file.
+  build::Buffer file{};                  ///< Of a file.
   std::vector<unsigned char> decoded{};  ///< Of a data URI.
   std::span<const std::byte> bytes{};    ///< In one of them, or in a buffer of the model.
   std::string path{};                    ///< Path of the file, if the image has one.

@@ -2,10 +2,9 @@
 
 #include <tools/base/errors.h>
 #include <tools/base/memory_limit.h>
+#include <tools/base/read_input.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
-
-#include <hiprt_build/file.h>
 
 #include <algorithm>
 #include <array>
@@ -117,7 +116,7 @@ build::Result<MeshAssembly> read_assembly(std::span<const std::byte> bytes, cons
 
 /// Calls read(bytes, path), adds the path to its errors and turns exceptions into errors.
 template <class Read> auto load(const std::filesystem::path& path, const Read& read) -> decltype(read({}, path)) try {
-  auto file = build::map_file(path);
+  auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   auto result = read(std::as_const(*file).bytes(), path);
   if (!result)

@@ -2,6 +2,7 @@
 
 #include <tools/base/interrupt.h>
 #include <tools/base/memory_limit.h>
+#include <tools/base/read_input.h>
 #include <tools/scene_io/scene/scene_order.h>
 
 #include <hiprt_build/file.h>
@@ -196,7 +197,7 @@ build::Result<void> write_scene_binary(const std::filesystem::path& path, const 
 }
 
 build::Result<SceneDescription> read_scene_binary(const std::filesystem::path& path) {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   try {
     auto scene = read_objects(file->bytes());

@@ -3,13 +3,12 @@
 #include <tools/base/errors.h>
 #include <tools/base/memory_limit.h>
 #include <tools/base/names.h>
+#include <tools/base/read_input.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/json_location.h>
 #include <tools/scene_io/scene/scene_json_shapes.h>
 #include <tools/scene_io/scene/scene_order.h>
 #include <tools/scene_io/transform.h>
-
-#include <hiprt_build/file.h>
 
 #include <nlohmann/json.hpp>
 
@@ -361,7 +360,7 @@ class Reader {
 }  // namespace
 
 build::Result<SceneDescription> read_scene_json(const std::filesystem::path& path) {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   SceneDescription result;
   result.path = path.string();

@@ -1,10 +1,9 @@
 #include <tools/scene_io/shapes/shape_import.h>
 
 #include <tools/base/memory_limit.h>
+#include <tools/base/read_input.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/shapes/shape_formats.h>
-
-#include <hiprt_build/file.h>
 
 #include <array>
 #include <cctype>
@@ -74,7 +73,7 @@ bool is_shape_file(const std::string& path) {
 }
 
 build::Result<ShapeSet> load_shapes(const std::filesystem::path& path) {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   try {
     auto shapes = lower_extension(path) == ".hair" ? read_hair(file->bytes()) : read_xyzr(file->bytes());

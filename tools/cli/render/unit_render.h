@@ -1,0 +1,55 @@
+#pragma once
+/// bvhrender by units of work: for --resume and for several ranks.
+
+#include <tools/cli/render/render_command.h>
+#include <tools/render/path/gpu_path_tracer.h>
+#include <tools/render/tracers/gpu_tracer.h>
+#include <tools/render/units/picture_run.h>
+
+#include <hiprt_build/host/host_part.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+namespace hiprt::tools {
+
+/// What computes the units of a picture in this process.
+class PictureParts {
+ public:
+  /// @param command prepared; it, @p view and @p gpu must live as long as this. @param gpu nullptr: the CPU traces.
+  /// @return the errors of GpuPathTracer::make().
+  static build::Result<std::unique_ptr<PictureParts>> make(const RenderCommand& command, const BufferView& view,
+                                                           const Camera& camera, GpuTracer* gpu);
+
+  PictureWork& work() { return *work_; }
+  const SceneView& scene() const { return scene_; }
+
+  /// With --integrator path: the sums of the samples so far.
+  PathPicture paths(const PictureState& state) const;
+
+ private:
+  PictureParts() = default;
+
+  HostPart host_;
+  SceneView scene_{};
+  std::optional<GpuPathTracer> on_gpu_;
+  std::unique_ptr<PictureWork> work_;
+};
+
+/// Who else takes part in a picture, and what is kept of it.
+struct UnitRun {
+  Crew* crew = nullptr;
+  Checkpoint* checkpoint = nullptr;
+  std::function<void(double)> progress{};
+  std::function<void(const std::string&)> warn{};
+  /// With --integrator path: called with the picture so far after 1, 2, 4, ... seconds.
+  std::function<void(const Rendering&)> keep{};
+};
+
+/// @return the picture, as render() and PathCommand::render() make it. After an interruption paths have fewer samples;
+/// other modes return kCancelled, and so do paths without a sample of every pixel.
+build::Result<Rendering> render_units(const RenderCommand& command, PictureParts& parts, const Camera& camera,
+                                      const UnitRun& run);
+
+}  // namespace hiprt::tools
