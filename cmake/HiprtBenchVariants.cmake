@@ -14,7 +14,7 @@ set(hiprt_axes queries layouts stacks schedules tests orders features blocks ans
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
 # -paths: the state per level of instances (PathMemory) is in shared memory.
-set(hiprt_values_stacks private=PrivateStorage shared-paths=SharedPathStorage tiered=TieredStorage<16>
+set(hiprt_values_stacks private=PrivateStorage shared-paths=SharedPathStorage tiered=TieredStorage<16> tiered8=TieredStorage<8>
   tiered22=TieredStorage<22> tiered-paths=TieredPathStorage<16> tiered22-paths=TieredPathStorage<22>
   shared=SharedStorage rolling=RollingStorage rolling-pool=RollingPoolStorage global=GlobalStorage
   restart=RestartStorage)

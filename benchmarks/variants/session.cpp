@@ -106,7 +106,7 @@ class Session {
       const Variant& variant = engine_.variants()[i];
       const bool fits = variant.name.layout == kLayoutNames[header.layout] &&
                         (variant.query == Query::kAny) == rays.any_hit &&
-                        (header.features & ~(variant.features | feature_bit(Feature::kMovingBoxes))) == 0 &&
+                        (header.features & ~(variant.features | kFeaturesWithoutCode)) == 0 &&
                         header.levels <= variant.levels && (!variant.placed || only_instance(tree.view));
       if (!fits || !is_wanted(variant.name, options_.values)) continue;
       auto& host = hosts[static_cast<std::size_t>(variant.query)];

@@ -42,6 +42,10 @@ inline constexpr FeatureMask kKnownFeatures = feature_bit(Feature::kTriangles) |
                                               feature_bit(Feature::kSplitReferences) | feature_bit(Feature::kCustom) |
                                               feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion) |
                                               feature_bit(Feature::kMovingBoxes) | feature_bit(Feature::kWidenedBoxes);
+/// What files may have beyond the features of a tracer's code. Without motion boxes stand still, and wider boxes suit
+/// every box test.
+inline constexpr FeatureMask kFeaturesWithoutCode =
+    feature_bit(Feature::kMovingBoxes) | feature_bit(Feature::kWidenedBoxes);
 
 struct FileHeader {
   char magic[8];                ///< "HIPRTBVH"

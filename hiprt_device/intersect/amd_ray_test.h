@@ -37,6 +37,13 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// template argument of a kernel, whose name it would change.
 inline constexpr bool kHasRayInstruction = HIPRT_HAS_RAY_INSTRUCTION != 0;
 
+/// Whether closest_hit(scene, ray) and any_hit(scene, ray) use it in files with widened boxes.
+#if defined(__gfx1200__) || defined(__gfx1201__)
+inline constexpr bool kUsesRayInstruction = false;
+#else
+inline constexpr bool kUsesRayInstruction = kHasRayInstruction;
+#endif
+
 namespace ray_instruction_detail {
 
 /// hipcc compiles kernels in its host pass too, where nothing calls them.
@@ -97,12 +104,11 @@ HIPRT_HD HIPRT_FORCE_INLINE Words intersect(const Descriptor& descriptor, NodeRe
   return {{result.x, result.y, result.z, result.w}};
 }
 
-/// @param record a node of that type; its address is a multiple of 64.
+/// @param pointer pointer_to() of a node; its address is a multiple of 64.
 template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(const void* record, NodeType type, const Vec3& origin,
-                                               const Vec3& direction, const RaySlabs<Lanes>& slabs, float extent) {
+HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(std::uint64_t pointer, const Vec3& origin, const Vec3& direction,
+                                               const RaySlabs<Lanes>& slabs, float extent) {
   const Descriptor descriptor(nullptr, 0);
-  const std::uint64_t pointer = (reinterpret_cast<std::uintptr_t>(record) >> 3) | static_cast<std::uint64_t>(type);
   const Word4 result = __builtin_amdgcn_image_bvh_intersect_ray_l(
       pointer, extent, Float4{origin.x, origin.y, origin.z, 0.0f}, Float4{direction.x, direction.y, direction.z, 0.0f},
       inverse_direction(slabs), resource(descriptor));
@@ -117,12 +123,16 @@ HIPRT_HD HIPRT_FORCE_INLINE Words intersect(const Descriptor&, NodeRef, const Ve
   __builtin_trap();
 }
 template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(const void*, NodeType, const Vec3&, const Vec3&, const RaySlabs<Lanes>&,
-                                               float) {
+HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(std::uint64_t, const Vec3&, const Vec3&, const RaySlabs<Lanes>&, float) {
   __builtin_trap();
 }
 
 #endif
+
+/// The instruction's pointer: the address in units of 8 bytes, with the node's type in the low bits as in a NodeRef.
+HIPRT_HD HIPRT_FORCE_INLINE std::uint64_t pointer_to(const void* address) {
+  return reinterpret_cast<std::uintptr_t>(address) >> 3;
+}
 
 /// Keeps the compiler from computing or loading earlier what needs the value, or what follows.
 HIPRT_HD HIPRT_FORCE_INLINE void hide([[maybe_unused]] float& value) {
@@ -222,7 +232,8 @@ HIPRT_HD HIPRT_FORCE_INLINE SortedChildren sorted_by_slabs(const SceneView& scen
 /// In files with widened boxes (build::BuildOptions::widen_boxes) it hides no hit. This holds under an assumption about
 /// the instruction's rounding (docs/proofs/ray-instruction.md). Rays that start too far away for the file's margin are
 /// tested by slabs in software. So are all rays in files without widened boxes.
-struct HardwareBoxes : Conservative {
+/// @tparam kOneScene whether all lanes of a wave trace the same scene. That saves two instructions per node.
+template <bool kOneScene> struct BasicHardwareBoxes : Conservative {
   /// Whether a ray needs the test in software.
   struct Choice {
     bool by_slabs;
@@ -234,21 +245,30 @@ struct HardwareBoxes : Conservative {
     }
   };
 
-  /// @param scene at an address that is a multiple of 256; the same for all lanes of a wave.
+  /// @param scene at an address that is a multiple of 256.
   /// @param limit hits beyond it do not count. Boxes before tmin are visited, because the instruction has no tmin.
   template <RayInstructionLayout Layout, class Lanes>
   HIPRT_HD static HIPRT_FORCE_INLINE SortedChildren intersect(const SceneView& scene, NodeRef node, const Ray& ray,
                                                               const RaySlabs<Lanes>& slabs, const Choice& choice,
                                                               float limit) {
     ray_instruction_detail::require_instruction<Lanes>();
-    const ray_instruction_detail::Descriptor descriptor(scene.base, scene.size / kNodeGranularity);
-    const Words met = ray_instruction_detail::intersect(descriptor, node, ray.origin, ray.direction, slabs, limit);
+    using namespace ray_instruction_detail;
+    Words met;
+    if constexpr (kOneScene) {
+      const Descriptor descriptor(scene.base, scene.size / kNodeGranularity);
+      met = ray_instruction_detail::intersect(descriptor, node, ray.origin, ray.direction, slabs, limit);
+    } else {
+      met = intersect_at(pointer_to(scene.base) + node, ray.origin, ray.direction, slabs, limit);
+    }
     SortedChildren sorted{{met.word[0], met.word[1], met.word[2], met.word[3]}};
     if (choice.by_slabs) [[unlikely]]
       sorted = sorted_by_slabs<Layout>(scene, node, ray, slabs, limit);
     return sorted;
   }
 };
+
+/// For kernels in which all lanes of a wave trace the same scene.
+using HardwareBoxes = BasicHardwareBoxes<true>;
 
 /// Triangle test policy: the ray instruction.
 ///
@@ -271,7 +291,8 @@ struct HardwareTriangle {
     const unsigned count = info.primitive[1] == kInvalidId ? 1 : 2;
     for (unsigned triangle = 0; triangle < count; ++triangle) {
       const auto type = static_cast<NodeType>(static_cast<std::uint32_t>(NodeType::kTriangle0) + triangle);
-      const Words met = ray_instruction_detail::intersect_at(&leaf, type, ray.origin, ray.direction, ray.slabs, kMax);
+      const std::uint64_t pointer = ray_instruction_detail::pointer_to(&leaf) | static_cast<std::uint64_t>(type);
+      const Words met = ray_instruction_detail::intersect_at(pointer, ray.origin, ray.direction, ray.slabs, kMax);
       // Distance and weights are numerators; the sign of their denominator is the side. A miss has t = +inf.
       const float denominator = met.as_float(1), t = met.as_float(0) / denominator;
       const float scale = 1.0f / denominator;

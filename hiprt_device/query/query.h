@@ -5,6 +5,7 @@
 #include <hiprt_device/query/all_hits.h>
 #include <hiprt_device/query/any_hit.h>
 #include <hiprt_device/query/closest_hit.h>
+#include <hiprt_device/traverse/hardware_policies.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -84,16 +85,15 @@ template <class Call> HIPRT_HD HIPRT_FORCE_INLINE auto with_layout(const SceneVi
   return decltype(call(PlanesLayout{})){};
 }
 
-struct ClosestInLayout {
-  const SceneView& scene;
-  const Ray& ray;
-  template <class Layout> HIPRT_HD Hit operator()(Layout) const { return closest_hit<WithLayout<Layout>>(scene, ray); }
-};
-struct AnyInLayout {
-  const SceneView& scene;
-  const Ray& ray;
-  template <class Layout> HIPRT_HD Hit operator()(Layout) const { return any_hit<WithLayout<Layout>>(scene, ray); }
-};
+/// Calls trace(P{}) with the default policies for a scene of any layout.
+template <class Trace> HIPRT_HD HIPRT_FORCE_INLINE Hit with_default_policies(const SceneView& scene, Trace&& trace) {
+  return with_layout(scene, [&](auto layout) HIPRT_FORCE_INLINE_LAMBDA {
+    using Layout = decltype(layout);
+    if constexpr (kUsesRayInstruction && RayInstructionLayout<Layout>)
+      if (scene.box_margin > 0.0f) return trace(DefaultHardwarePolicies<Layout>{});
+    return trace(WithLayout<Layout>{});
+  });
+}
 
 }  // namespace query_detail
 
@@ -103,7 +103,8 @@ HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
 #if !HIPRT_DEVICE_CODE
   if (const HostScene* host = current_host_scene(scene)) return host->tracer.closest_hit(scene, ray);
 #endif
-  return query_detail::with_layout(scene, query_detail::ClosestInLayout{scene, ray});
+  return query_detail::with_default_policies(
+      scene, [&](auto policies) { return closest_hit<decltype(policies)>(scene, ray); });
 }
 
 /// Any hit with the default policies, for a scene of any layout; without normal and error.
@@ -111,7 +112,8 @@ HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
 #if !HIPRT_DEVICE_CODE
   if (const HostScene* host = current_host_scene(scene)) return host->tracer.any_hit(scene, ray);
 #endif
-  return query_detail::with_layout(scene, query_detail::AnyInLayout{scene, ray});
+  return query_detail::with_default_policies(scene,
+                                             [&](auto policies) { return any_hit<decltype(policies)>(scene, ray); });
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -210,9 +210,7 @@ struct AsTested {
   template <class Backtrack>
   HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const SortedChildren& sorted, Backtrack& backtrack) {
     static_assert(!Backtrack::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children in a known order");
-    if (!backtrack.reserve()) return kOverflowRef;
-    for (unsigned i = kBranching - 1; i > 0; --i)
-      if (sorted.child[i] != kInvalidRef) backtrack.later(sorted.child[i]);
+    if (!backtrack.later_sorted(sorted.child)) return kOverflowRef;
     return backtrack.follow(sorted.child[0]);
   }
 };

@@ -19,5 +19,12 @@ struct HardwarePolicies : Policies {
   using AnyOrder = AsTested;
 };
 
+/// The policies of closest_hit(scene, ray) and any_hit(scene, ray) where kUsesRayInstruction and the file has widened
+/// boxes. The lanes of a wave may trace different scenes.
+template <RayInstructionLayout LayoutType> struct DefaultHardwarePolicies : HardwarePolicies {
+  using Layout = LayoutType;
+  using Boxes = BasicHardwareBoxes<false>;
+};
+
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

@@ -135,9 +135,7 @@ concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Sta
 template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
   const FeatureMask without =
       (P::kLevels == 0 ? feature_bit(Feature::kInstances) : 0) | (P::kMoves ? 0 : feature_bit(Feature::kMotion));
-  // Without motion the boxes stand still, so a tracer needs no code for kMovingBoxes. Wider boxes suit every box test.
-  const FeatureMask features =
-      (P::kFeatures & ~without) | feature_bit(Feature::kMovingBoxes) | feature_bit(Feature::kWidenedBoxes);
+  const FeatureMask features = (P::kFeatures & ~without) | kFeaturesWithoutCode;
   return scene.layout == P::Layout::kId && (scene.features & ~features) == 0 && scene.levels <= P::kLevels;
 }
 

@@ -87,7 +87,7 @@ Ray high(float x, float y) { return down(x + 0.25f, y + 0.75f); }
 struct Traced {
   json summary;
   std::vector<tools::HitRecord> hits;
-  tools::PathBatch paths;
+  tools::RayPaths paths;
 };
 
 Traced trace(const TempFolder& folder, const std::string& scene, const std::vector<Ray>& rays,

@@ -93,7 +93,7 @@ build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& pat
   return tl::unexpected(not_enough_memory(path.string()));
 }
 
-build::Result<PathBatch> read_paths(const std::filesystem::path& path) try {
+build::Result<RayPaths> read_paths(const std::filesystem::path& path) try {
   const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
@@ -109,9 +109,9 @@ build::Result<PathBatch> read_paths(const std::filesystem::path& path) try {
     return invalid(path, "the header says " + std::to_string(header.count) + " rays of " +
                              std::to_string(header.levels) + " levels, 8 bytes for each, but the file has " +
                              std::to_string(bytes.size() - sizeof(header)) + " bytes of them");
-  PathBatch batch{header.levels, std::vector<PathRecord>(static_cast<std::size_t>(found))};
-  std::ranges::copy(bytes.subspan(sizeof(header)), std::as_writable_bytes(std::span{batch.paths}).begin());
-  return batch;
+  RayPaths result{header.levels, std::vector<PathRecord>(static_cast<std::size_t>(found))};
+  std::ranges::copy(bytes.subspan(sizeof(header)), std::as_writable_bytes(std::span{result.paths}).begin());
+  return result;
 } catch (const std::bad_alloc&) {
   return tl::unexpected(not_enough_memory(path.string()));
 }

@@ -50,7 +50,7 @@ struct PathRecord {
 };
 static_assert(sizeof(PathRecord) == 8);
 
-struct PathBatch {
+struct RayPaths {
   std::uint32_t levels = 0;
   std::vector<PathRecord> paths;  ///< levels per ray.
 };
@@ -59,7 +59,7 @@ struct PathBatch {
 /// The values of rays are not checked: a ray that is not finite has no hit.
 build::Result<RayBatch> read_rays(const std::filesystem::path& path);
 build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& path);
-build::Result<PathBatch> read_paths(const std::filesystem::path& path);
+build::Result<RayPaths> read_paths(const std::filesystem::path& path);
 
 /// Writes the whole file, or keeps the old one (build::write_file). Ray masks are not stored.
 build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, std::span<const Ray> rays);

@@ -107,6 +107,19 @@ template <class Stack, class Entry> class StackBacktrack {
     else
       each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { stack_.push(entry); });
   }
+  /// reserve(), and later() for the children behind the first. kInvalidRef: no child. Stacks with a push_sorted() do it
+  /// themselves.
+  /// @return false is an overflow.
+  HIPRT_HD HIPRT_FORCE_INLINE bool later_sorted(const NodeRef (&child)[kBranching]) {
+    if constexpr (requires { stack_.push_sorted(child); }) {
+      return stack_.push_sorted(child);
+    } else {
+      if (!reserve()) return false;
+      for (unsigned i = kBranching - 1; i > 0; --i)
+        if (child[i] != kInvalidRef) later(child[i]);
+      return true;
+    }
+  }
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef pop(float limit) {
     // The bottom is not too far, whatever the limit.

@@ -14,7 +14,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// bytes of every 32-byte sector that they move, and the stacks fill the L1 cache. In scenes of many instances this
 /// stack is faster than a PrivateStack; with coherent rays it is slower. docs/decisions/0010-traversal-on-gpus.md has
 /// the numbers. On AMD GPUs it was not measured.
-/// @tparam kShared entries in shared memory: those at the bottom of the stack.
+/// @tparam kShared entries in shared memory: those at the bottom of the stack. Twice as many fit where the order keeps
+///         bare node references.
 /// @tparam kEntries capacity.
 ///
 ///     __shared__ hiprt::StackEntry entries[kBlock * hiprt::TieredStack<16>::kEntriesPerThread];
@@ -45,6 +46,8 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
   };
 
   template <class Entry> class Of {
+    static constexpr unsigned kInShared = kShared * static_cast<unsigned>(sizeof(StackEntry) / sizeof(Entry));
+
    public:
     static constexpr bool kHasBottom = true;
 
@@ -56,28 +59,57 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
     }
     HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
     HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) {
-      if (size_ < kShared)
+      if (size_ < kInShared)
         store_shared(shared_, size_ * threads_, entry);
       else
-        own_[size_ - kShared] = entry;
+        own_[size_ - kInShared] = entry;
       ++size_;
     }
     /// Checks once for all entries of a node: mostly they fit in shared memory.
     template <class Each> HIPRT_HD HIPRT_FORCE_INLINE void push_some(Each&& each) {
-      if (size_ + kMostPushed <= kShared)
+      if (size_ + kMostPushed <= kInShared)
         each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { store_shared(shared_, size_++ * threads_, entry); });
       else
         each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { push(entry); });
     }
+    /// As StackBacktrack::later_sorted(). Has no branch per child where all fit in shared memory.
+    HIPRT_HD HIPRT_FORCE_INLINE bool push_sorted(
+        const NodeRef (&child)[kBranching]) requires std::same_as<Entry, NodeRef> {
+      if (size_ + kMostPushed <= kInShared) {
+        for (unsigned i = kBranching - 1; i > 0; --i) {
+          store_shared(shared_, size_ * threads_, child[i]);
+          size_ += child[i] != kInvalidRef ? 1 : 0;
+        }
+        return true;
+      }
+      if (!has_room()) return false;
+      for (unsigned i = kBranching - 1; i > 0; --i)
+        if (child[i] != kInvalidRef) push(child[i]);
+      return true;
+    }
     HIPRT_HD HIPRT_FORCE_INLINE Entry pop() {
       const unsigned top = size_ - 1;
       size_ = top > 1 ? top : 1;
-      if (top < kShared) return load_shared(shared_, top * threads_);
-      return static_cast<Entry>(own_[top - kShared]);
+      if constexpr (kReadsSharedAlways) {
+        Entry entry = load_shared(shared_, (top < kInShared ? top : kInShared - 1) * threads_);
+        if (top >= kInShared) [[unlikely]]
+          entry = static_cast<Entry>(own_[top - kInShared]);
+        return entry;
+      } else {
+        if (top < kInShared) return load_shared(shared_, top * threads_);
+        return static_cast<Entry>(own_[top - kInShared]);
+      }
     }
     HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 1; }
 
    private:
+    /// On AMD a branch costs more instructions than a load from shared memory.
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+    static constexpr bool kReadsSharedAlways = true;
+#else
+    static constexpr bool kReadsSharedAlways = false;
+#endif
+
     Entry* shared_;
     unsigned threads_;
     StackEntry* own_;

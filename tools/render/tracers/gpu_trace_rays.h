@@ -12,6 +12,7 @@
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/primitives/scene_shapes.h>
 #include <hiprt_device/query/batch.h>
+#include <hiprt_device/traverse/hardware_policies.h>
 #include <hiprt_device/traverse/stacks/rolling.h>
 
 #include <type_traits>
@@ -27,10 +28,11 @@ constexpr std::string_view kPlatform = "sm_";
 constexpr std::string_view kPlatform = "gfx";
 #endif
 
-/// Of policies with private stacks, for instances of triangles: 0 for all others.
+/// Of policies with private stacks. Custom primitives: 0.
 template <class Kind> constexpr unsigned shared_entries(const GpuPolicy& policy) {
-  if (Kind::kLevels == 0 || !std::is_same_v<typename Kind::Primitives, NoPrimitives>) return 0;
-  return Kind::kLevels == 1 ? policy.shared_entries : policy.shared_entries_of_levels;
+  if (!std::is_same_v<typename Kind::Primitives, NoPrimitives>) return 0;
+  const SharedEntries& entries = policy.shared_entries;
+  return Kind::kLevels == 0 ? entries.flat : Kind::kLevels == 1 ? entries.one_level : entries.levels;
 }
 
 template <unsigned kShared> struct PrivateOrTiered { using Stack = TieredStack<kShared, kGpuPrivateStack>; };
@@ -45,15 +47,24 @@ template <class Kind> constexpr GpuSchedule schedule_of(const GpuPolicy& policy)
   return Kind::kLevels > 1 && !Kind::kMoves ? policy.schedule_of_levels : policy.schedule;
 }
 
+template <GpuSchedule kSchedule> struct ScheduleOf {
+  using Type = WholeWave<kSchedule.fetch_below, kSchedule.search_above>;
+};
+template <GpuSchedule kSchedule>
+requires(kSchedule.fetch_below == 0) struct ScheduleOf<kSchedule> {
+  using Type = Immediate;
+};
+
+constexpr bool by_instruction(const GpuPolicy& policy) { return policy.boxes == GpuBoxes::kRayInstruction; }
+
 /// All policies except the levels.
 template <class Kind, std::size_t kPolicy, class LayoutType, class TriangleType, class BoxesType>
-struct FlatPolicies : Policies {
+struct FlatPolicies : std::conditional_t<by_instruction(kGpuPolicies[kPolicy]), HardwarePolicies, Policies> {
   using Layout = LayoutType;
   using Triangle = TriangleType;
   using Boxes = BoxesType;
   using Stack = StackOfPolicy<Kind, kPolicy>;
-  static constexpr GpuSchedule kSchedule = schedule_of<Kind>(kGpuPolicies[kPolicy]);
-  using Schedule = WholeWave<kSchedule.fetch_below, kSchedule.search_above>;
+  using Schedule = typename ScheduleOf<schedule_of<Kind>(kGpuPolicies[kPolicy])>::Type;
 };
 
 template <unsigned kLevels, bool kMoves, class Flat> struct PoliciesOfLevels { using Type = Instanced<Flat, kLevels>; };
@@ -77,8 +88,9 @@ template <class Primitives> __device__ HIPRT_FORCE_INLINE Primitives make_primit
 }
 
 template <class Kind> constexpr unsigned least_resident(const GpuPolicy& policy) {
-  if (Kind::kMoves && std::is_same_v<typename Kind::Primitives, NoPrimitives>) return policy.min_blocks_of_motion;
-  return Kind::kLevels > 1 ? policy.min_blocks_of_levels : policy.min_blocks;
+  const LeastResident& least = policy.least_resident;
+  if (Kind::kMoves && std::is_same_v<typename Kind::Primitives, NoPrimitives>) return least.motion;
+  return Kind::kLevels > 1 ? least.levels : least.one_level;
 }
 
 /// Calls use(storage) with the storage of this lane's stack, without the memory of the levels.
@@ -100,12 +112,26 @@ __device__ HIPRT_FORCE_INLINE void with_stack(const GpuTraceJob& job, Use&& use)
   }
 }
 
+/// Traces rays [0, count) with the lanes of a persistent grid. The parameters are those of trace_batch().
+template <class Schedule, class Make, class Done>
+__device__ HIPRT_FORCE_INLINE void trace_by_grid(const GpuTraceJob& job, Make&& make, Done&& done) {
+  if constexpr (Schedule::kBatchOnly) {
+    trace_batch(job.count, &job.counts->next_ray, make, done);
+  } else {
+    for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < job.count; i += gridDim.x * blockDim.x) {
+      auto search = make(i);
+      search.next_hit();
+      done(i, search);
+    }
+  }
+}
+
 /// @param storage of this lane's stack.
-template <class Search, Query kQuery>
+template <class Search, class Schedule, Query kQuery>
 __device__ HIPRT_FORCE_INLINE void trace_placed(const GpuTraceJob& job, const typename Search::Storage& storage) {
   const PlacedObject placed{job.scene, job.object, job.instance};
-  trace_batch(
-      job.count, &job.counts->next_ray,
+  trace_by_grid<Schedule>(
+      job,
       [&](std::uint32_t i)
           HIPRT_FORCE_INLINE_LAMBDA { return Search(job.object, placed.to_object(job.rays[i]), storage); },
       [&](std::uint32_t i, const Search& search) HIPRT_FORCE_INLINE_LAMBDA {
@@ -117,10 +143,10 @@ __device__ HIPRT_FORCE_INLINE void trace_placed(const GpuTraceJob& job, const ty
 }
 
 /// @param storage of this lane's stack.
-template <class Kind, class Search>
+template <class Kind, class Search, class Schedule>
 __device__ HIPRT_FORCE_INLINE void trace_all(const GpuTraceJob& job, const typename Search::Storage& storage) {
-  trace_batch(
-      job.count, &job.counts->next_ray,
+  trace_by_grid<Schedule>(
+      job,
       [&](std::uint32_t i) HIPRT_FORCE_INLINE_LAMBDA {
         return Search(job.scene, job.rays[i], storage, make_filter<typename Kind::Filter>(job),
                       make_primitives<typename Kind::Primitives>(job.scene));
@@ -136,25 +162,29 @@ __device__ HIPRT_FORCE_INLINE void trace_all(const GpuTraceJob& job, const typen
 template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes, Query kQuery>
 __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Kind>(kGpuPolicies[kPolicy]))
     trace_rays(GpuTraceJob job) {
-  using Flat = FlatPolicies<Kind, kPolicy, Layout, Triangle, Boxes>;
-  using P = typename PoliciesOfLevels<Kind::kLevels, Kind::kMoves, Flat>::Type;
-  using Filter = typename Kind::Filter;
-  using Primitives = typename Kind::Primitives;
-  using Search =
-      std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, OneHit<P, Filter, Primitives>>;
-  with_stack<Kind, kPolicy>(job, [&](const auto& stack) HIPRT_FORCE_INLINE_LAMBDA {
-    if constexpr (Kind::kPlaced) {
-      trace_placed<Search, kQuery>(job, stack);
-    } else if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_paths) {
-      __shared__ PathMemory<1> path_memory[kGpuPolicies[kPolicy].block];
-      trace_all<Kind, Search>(job, {stack, path_memory[threadIdx.x]});
-    } else if constexpr (Kind::kLevels != 0) {
-      PathMemory<Kind::kLevels> path_memory;
-      trace_all<Kind, Search>(job, {stack, path_memory});
-    } else {
-      trace_all<Kind, Search>(job, stack);
-    }
-  });
+  // Only GPUs that have the instruction get such a kernel (fits()).
+  if constexpr (kHasRayInstruction || !by_instruction(kGpuPolicies[kPolicy])) {
+    using Flat = FlatPolicies<Kind, kPolicy, Layout, Triangle, Boxes>;
+    using P = typename PoliciesOfLevels<Kind::kLevels, Kind::kMoves, Flat>::Type;
+    using Schedule = typename P::Schedule;
+    using Filter = typename Kind::Filter;
+    using Primitives = typename Kind::Primitives;
+    using Search =
+        std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, OneHit<P, Filter, Primitives>>;
+    with_stack<Kind, kPolicy>(job, [&](const auto& stack) HIPRT_FORCE_INLINE_LAMBDA {
+      if constexpr (Kind::kPlaced) {
+        trace_placed<Search, Schedule, kQuery>(job, stack);
+      } else if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_paths) {
+        __shared__ PathMemory<1> path_memory[kGpuPolicies[kPolicy].block];
+        trace_all<Kind, Search, Schedule>(job, {stack, path_memory[threadIdx.x]});
+      } else if constexpr (Kind::kLevels != 0) {
+        PathMemory<Kind::kLevels> path_memory;
+        trace_all<Kind, Search, Schedule>(job, {stack, path_memory});
+      } else {
+        trace_all<Kind, Search, Schedule>(job, stack);
+      }
+    });
+  }
 }
 
 template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes>
@@ -187,12 +217,28 @@ GpuTraceKernel choose_triangle(Query query, const TracePolicies& policies) {
   return policies == TracePolicies{} ? choose_query<Kind, kPolicy, Layout, Watertight, Conservative>(query) : nullptr;
 }
 
-/// Compiles nothing for policies of the other platform.
+/// Of policies for the ray instruction.
+template <class Kind, std::size_t kPolicy>
+GpuTraceKernel choose_instruction(NodeLayout layout, Query query, const TracePolicies& policies) {
+  if (policies != TracePolicies{}) return nullptr;
+  if (layout == NodeLayout::kFloat) return choose_query<Kind, kPolicy, FloatLayout, Watertight, HardwareBoxes>(query);
+  if (layout == NodeLayout::kHalf) return choose_query<Kind, kPolicy, HalfLayout, Watertight, HardwareBoxes>(query);
+  return nullptr;
+}
+
+/// Whether there are kernels: not for policies of the other platform.
+template <class Kind> constexpr bool is_compiled(const GpuPolicy& policy) {
+  if (!policy.architectures.starts_with(kPlatform)) return false;
+  // Files of instances do not have widened boxes.
+  return !by_instruction(policy) || (Kind::kLevels == 0 && !Kind::kPlaced && Kind::kAllLayouts);
+}
+
 template <class Kind, std::size_t kPolicy>
 GpuTraceKernel choose_layout(NodeLayout layout, Query query, const TracePolicies& policies) {
-  constexpr GpuPolicy kThis = kGpuPolicies[kPolicy];
-  if constexpr (!kThis.architectures.starts_with(kPlatform)) {
+  if constexpr (!is_compiled<Kind>(kGpuPolicies[kPolicy])) {
     return nullptr;
+  } else if constexpr (by_instruction(kGpuPolicies[kPolicy])) {
+    return choose_instruction<Kind, kPolicy>(layout, query, policies);
   } else if constexpr (!Kind::kAllLayouts) {
     return layout == NodeLayout::kPlanes ? choose_triangle<Kind, kPolicy, PlanesLayout>(query, policies) : nullptr;
   } else {

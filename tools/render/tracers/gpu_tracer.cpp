@@ -57,11 +57,13 @@ struct GpuTracer::State {
 build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool with_paths,
                                              bool alpha_cutout) const {
   const std::uint32_t bound = scene.view.stack_bound;
-  const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
-  const GpuTraceKernel kernel = alpha_cutout ? find_alpha_cutout_kernel(chosen, scene.view, query)
-                                : placed && policies == TracePolicies{}
-                                    ? find_placed_kernel(chosen, placed->object, query)
-                                    : find_trace_kernel(chosen, scene.view, query, policies);
+  GpuTraceKernel kernel = nullptr;
+  const std::size_t chosen = choose_gpu_policy(device.architecture, scene.view, [&](std::size_t policy) {
+    kernel = alpha_cutout                            ? find_alpha_cutout_kernel(policy, scene.view, query)
+             : placed && policies == TracePolicies{} ? find_placed_kernel(policy, placed->object, query)
+                                                     : find_trace_kernel(policy, scene.view, query, policies);
+    return kernel != nullptr;
+  });
   if (kernel == nullptr)
     return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound, " with ",
                      scene.view.levels, " levels of instances");
@@ -166,8 +168,10 @@ build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracer
   auto device = usable_device();
   if (!device) return tl::unexpected(std::move(device.error()));
   const SceneView on_host = make_scene_view(view);
-  if (find_trace_kernel(choose_gpu_policy(device->architecture, on_host.stack_bound), on_host, Query::kClosest,
-                        options.policies) == nullptr)
+  const std::size_t policy = choose_gpu_policy(device->architecture, on_host, [&](std::size_t i) {
+    return find_trace_kernel(i, on_host, Query::kClosest, options.policies) != nullptr;
+  });
+  if (policy == kGpuPolicies.size())
     return gpu::fail(
         gpu::ErrorCode::kNoDevice, on_host.levels,
         " levels of instances, things that move, spheres or curves, for which there are the watertight and "
