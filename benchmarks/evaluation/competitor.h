@@ -60,6 +60,8 @@ class Competitor {
   /// Traces rays[i] into hits[i]. @param any_hit only whether there is a hit counts. @return seconds; a GPU measures
   /// its own.
   virtual build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) = 0;
+  /// The id of the instance of each closest hit of the last trace(). Empty: not known.
+  virtual std::span<const std::uint32_t> instances() const { return {}; }
   virtual TreeFigures figures() const = 0;
   /// The BVH in the host's memory. All BVHs of a hierarchy must give identical hits. nullptr for peers.
   virtual const SceneView* view() const = 0;

@@ -48,6 +48,21 @@ for file in "$source"/results/*/evaluation.json; do
   rm -r "$work/stored"
 done
 
+# The report says how Vulkan's hits differ from ours.
+python3 -c 'import copy, json, sys
+d = json.load(open(sys.argv[1]))
+s = d["scenes"][0]
+entry = copy.deepcopy(next(e for e in s["entries"] if e["form"] == "two_level"))
+entry |= {"tracer": "vulkan", "builder": "fast_trace"}
+for i, wave in enumerate(entry["waves"]):
+    wave["disagreements"] = {"found": 1, "distance": 10, "instance": 100 * i, "primitive": 1000}
+s["entries"].append(entry)
+json.dump(d, open(sys.argv[2], "w"))' "$made_up" "$work/vulkan.json"
+expect 0 "" python3 -B "$plot" "$work/vulkan.json" --output "$work/vulkan"
+holds "$work/vulkan/report.html" '<th>hit or miss</th><th>other distance</th><th>other instance</th>' \
+  '<th>Vulkan, fast trace, two-level</th><td>4</td><td>40</td><td>600</td><td>4000</td>'
+if grep -q 'Hits unlike ours' "$report"; then fault "hits of Vulkan without Vulkan"; fi
+
 # The report says if the machine was busy.
 sed 's/^   0.25,$/   7.5,/' "$made_up" >"$work/busy.json"
 expect 0 "" python3 -B "$plot" "$work/busy.json" --output "$work/busy"

@@ -44,15 +44,19 @@ class VulkanCompetitor : public Competitor {
     auto seconds = tracer_.trace(*scene_, any_hit, rays);
     if (!seconds) return seconds;
     const std::span<const vulkan::VulkanHit> found = tracer_.hits();
+    instances_.assign(any_hit || hierarchy().levels == 0 ? 0 : hits.size(), kInvalidId);
     for (std::size_t i = 0; i < hits.size(); ++i) {
       hits[i] = {};
       if (!found[i].found()) continue;
       hits[i].t = found[i].t;
       hits[i].geometry = found[i].geometry;
       hits[i].primitive = found[i].primitive;
+      if (!instances_.empty()) instances_[i] = id_of(found[i].instance);
     }
     return seconds;
   }
+
+  std::span<const std::uint32_t> instances() const override { return instances_; }
 
   TreeFigures figures() const override { return figures_; }
   const SceneView* view() const override { return nullptr; }
@@ -71,10 +75,16 @@ class VulkanCompetitor : public Competitor {
     return vulkan::Scene::make(tracer_.device(), preference_, objects, hierarchy().groups.back().instances);
   }
 
+  std::uint32_t id_of(std::uint32_t instance) const {
+    const std::vector<build::Instance>& all = hierarchy().groups.back().instances;
+    return instance < all.size() ? all[instance].id : kInvalidId;
+  }
+
   vulkan::Tracer& tracer_;
   vulkan::Preference preference_;
   std::optional<vulkan::Scene> scene_;
   TreeFigures figures_;
+  std::vector<std::uint32_t> instances_;
 };
 
 class OpenMachine final : public VulkanMachine {

@@ -120,7 +120,8 @@ def chart_figures(scene):
 
 def scene_section(evaluation, scene):
     parts = [tables.builders(evaluation, scene), chart_figures(scene), tables.crossover_table(evaluation, scene),
-             tables.levels_price(evaluation, scene), tables.waves(evaluation, scene), missing(scene)]
+             tables.levels_price(evaluation, scene), tables.disagreements(evaluation, scene),
+             tables.waves(evaluation, scene), missing(scene)]
     return (f'<section id="{scene.name}"><h2>{html.escape(scene.name)}</h2><p>{html.escape(scene.source)}</p>'
             + "".join(parts) + "</section>")
 

@@ -8,6 +8,9 @@ from variant_report.json_file import load
 FORMAT = "hiprt bench_evaluation 1"
 KINDS = ["primary", "secondary", "shadow"]
 HIERARCHIES = {"flat": "flat", "two_level": "two-level", "deep": "deep"}
+# How a peer's hit differs from ours: the key in JSON and the words.
+DISAGREEMENTS = {"found": "hit or miss", "distance": "other distance", "instance": "other instance",
+                 "primitive": "other triangle"}
 # The builder that others are compared with.
 YARDSTICK = "ploc"
 # Flags that do not affect the measurements.
@@ -37,6 +40,7 @@ class Entry:
         self.waves = {}
         self.rounds = {}
         self.differing = self.inexact = 0
+        self.disagreements = {}  # Of Vulkan's modes.
         for wave in part.members("waves"):
             name = wave.name("name")
             if name not in waves:
@@ -47,6 +51,9 @@ class Entry:
                 raise wave.member("rounds").fault("nothing was measured")
             self.differing += wave.number("differing_rays")
             self.inexact += wave.number("inexact_rays")
+            for kind in DISAGREEMENTS if "disagreements" in wave.value else ():
+                count = wave.member("disagreements").number(kind)
+                self.disagreements[kind] = self.disagreements.get(kind, 0) + count
         for name in waves:
             if name not in self.waves:
                 raise part.fault(f"has no wave {name!r}")

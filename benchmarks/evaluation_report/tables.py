@@ -7,7 +7,7 @@ from variant_report.runs import geometric_mean
 
 from . import numbers
 from .curves import FAST, SLOW, crossover
-from .runs import HIERARCHIES, YARDSTICK, tracer_name
+from .runs import DISAGREEMENTS, HIERARCHIES, YARDSTICK, tracer_name
 
 
 class Cell:
@@ -158,6 +158,17 @@ def levels_price(evaluation, scene):
         return ""
     return table("Instances relative to the flat tree of the same builder",
                  ["", "build time", "bytes", *kinds, "one sample"], rows, evaluation.command_of(scene))
+
+
+def disagreements(evaluation, scene):
+    """How Vulkan's hits differ from ours; empty without Vulkan."""
+    rows = [[f"{entry.name()}, {HIERARCHIES[entry.hierarchy]}", *(entry.disagreements[kind] for kind in DISAGREEMENTS)]
+            for entry in scene.entries if entry.disagreements]
+    if not rows:
+        return ""
+    rays = f"{scene.rays():,}".replace(",", "\u202f")
+    return table(f"Hits unlike ours, of {rays} rays: each ray counts once, in the first column that applies",
+                 ["", *DISAGREEMENTS.values()], rows, evaluation.command_of(scene))
 
 
 def waves(evaluation, scene):
