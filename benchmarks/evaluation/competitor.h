@@ -3,6 +3,8 @@
 
 #include "hierarchies.h"
 
+#include <benchmarks/vulkan/machine.h>
+
 #include <hiprt_build/build.h>
 #include <hiprt_device/ray.h>
 #include <hiprt_device/scene_view.h>
@@ -71,8 +73,6 @@ class Competitor {
   const Hierarchy& hierarchy_;
 };
 
-class VulkanMachine;
-
 /// The device that builds and traces.
 struct Machine {
   bool gpu = false;
@@ -92,6 +92,10 @@ std::vector<std::string> embree_modes();
 /// @param mode of embree_modes().
 std::unique_ptr<Competitor> make_embree(const std::string& mode, const Hierarchy& hierarchy,
                                         const tools::ThreadLimit& limit);
+
+/// Vulkan on its device. @param mode of vulkan_modes().
+std::unique_ptr<Competitor> make_vulkan(const std::string& mode, const Hierarchy& hierarchy,
+                                        std::shared_ptr<VulkanMachine> machine);
 
 /// Calls build(number, threads) for every object. Large objects are built one after the other by all threads, then
 /// small objects at the same time by one thread each. @return the error of the object with the lowest number.

@@ -1,7 +1,6 @@
 #include "contest.h"
 
 #include "host_trace.h"
-#include "vulkan_machine.h"
 
 #include <algorithm>
 #include <array>
@@ -92,7 +91,7 @@ class Contest {
         if (machine_.vulkan == nullptr)
           record_.missing.push_back({"vulkan", mode, hierarchy->name, machine_.why_no_vulkan});
         else
-          seat(machine_.vulkan->compete(mode, *hierarchy));
+          seat(make_vulkan(mode, *hierarchy, machine_.vulkan));
       }
     }
   }
