@@ -4,6 +4,7 @@ import shlex
 import statistics
 
 from variant_report.json_file import load
+from variant_report.ray_cores import without_ray_cores
 
 FORMAT = "hiprt bench_evaluation 1"
 KINDS = ["primary", "secondary", "shadow"]
@@ -159,6 +160,10 @@ class Evaluation:
             raise file.member("scenes").fault("nothing was measured")
         if len(set(names)) != len(names):
             raise file.member("scenes").fault("a scene is there twice")
+
+    def device_note(self):
+        """@return what stands beside every figure: ", no RT cores" for a GPU without them, else nothing."""
+        return ", no RT cores" if self.device == "gpu" and without_ray_cores(self.device_name) else ""
 
     def hierarchies(self):
         return [hierarchy for hierarchy in HIERARCHIES if any(scene.of_hierarchy(hierarchy) for scene in self.scenes)]
