@@ -72,7 +72,8 @@ std::vector<build::Instance> make_instances() {
   constexpr auto half = static_cast<float>(kGroundHalf);
   std::vector<build::Instance> instances;
   for (std::uint32_t i = 0; i < 6; ++i) {
-    const auto x = static_cast<float>(i % 3), z = static_cast<float>(i / 3);
+    const std::uint32_t column = i % 3, row = i / 3;
+    const auto x = static_cast<float>(column), z = static_cast<float>(row);
     const build::MotionKey key{.translation = {2 * half * (x - 1), z, 2 * half * (z - 0.5f)},
                                .rotation = {0.1f * x, 0.3f + 0.2f * x, 0.05f * z, 1},
                                .scale = {i == 4 ? -0.7f : 0.7f, 0.5f + 0.2f * x, 0.8f}};
