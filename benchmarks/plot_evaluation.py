@@ -4,7 +4,7 @@
 import os
 import sys
 
-from evaluation_report.charts import charts
+from evaluation_report.overview import all_charts
 from evaluation_report.page import page
 from evaluation_report.runs import Evaluation
 from variant_report.script import Parser, run_script, write_together
@@ -21,9 +21,9 @@ def write_report(evaluation, folder):
             file.write(text)
 
     write("report.html", page(evaluation))
-    for scene in evaluation.scenes:
-        for name, _, picture in charts(scene):
-            write(f"{scene.name}.{name}.svg", picture.standalone())
+    for scene, pictures in all_charts(evaluation).items():
+        for name, _, picture in pictures:
+            write(f"{scene}.{name}.svg", picture.standalone())
 
 
 def main():

@@ -26,7 +26,7 @@ def write_report(runs, peers, most, folder):
     # Text of the JSON, such as a command, may contain characters without an encoding.
     with open(os.path.join(folder, "variants.md"), "w", encoding="utf-8", errors="backslashreplace") as file:
         file.write(summary(runs, peers))
-    plot_all(runs, folder, most)
+    plot_all(runs, folder, most, peers.vulkan())
 
 
 def main():
@@ -34,13 +34,13 @@ def main():
     parser = Parser(prog="plot_variants.py", description=DESCRIPTION)
     parser.add_argument("json", nargs="+", help="files of bench_variants --json; compressed ones end in .xz")
     parser.add_argument("--output", default=".", help="folder for the output (.)")
-    parser.add_argument("--peers", default=os.path.join(here, "peers", "h200.json"),
-                        help="figures of the other libraries (h200.json)")
+    parser.add_argument("--peers", nargs="+", default=[os.path.join(here, "peers", "h200.json")],
+                        help="figures of the other libraries (h200.json), also those of bench_variants --vulkan-json")
     parser.add_argument("--most", type=count, default=30, help="number of best variants in the plot of a scene (30)")
     arguments = parser.parse_args()
 
     def work():
-        runs, peers = Runs(arguments.json), Peers(arguments.peers)
+        runs, peers = Runs(arguments.json), Peers(*arguments.peers)
         write_together("plot_variants", arguments.output,
                        lambda folder: write_report(runs, peers, arguments.most, folder))
 

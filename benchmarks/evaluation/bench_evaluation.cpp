@@ -1,7 +1,6 @@
 /// The evaluation of the HIPRT paper: build time, tree quality, and the rays of a path tracer; see --help.
 
 #include "contest.h"
-#include "vulkan_machine.h"
 
 #include <benchmarks/common/machine.h>
 #include <benchmarks/common/program.h>

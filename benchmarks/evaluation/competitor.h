@@ -3,6 +3,8 @@
 
 #include "hierarchies.h"
 
+#include <benchmarks/vulkan/machine.h>
+
 #include <hiprt_build/build.h>
 #include <hiprt_device/ray.h>
 #include <hiprt_device/scene_view.h>
@@ -60,6 +62,8 @@ class Competitor {
   /// Traces rays[i] into hits[i]. @param any_hit only whether there is a hit counts. @return seconds; a GPU measures
   /// its own.
   virtual build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) = 0;
+  /// The id of the instance of each closest hit of the last trace(). Empty: not known.
+  virtual std::span<const std::uint32_t> instances() const { return {}; }
   virtual TreeFigures figures() const = 0;
   /// The BVH in the host's memory. All BVHs of a hierarchy must give identical hits. nullptr for peers.
   virtual const SceneView* view() const = 0;
@@ -68,8 +72,6 @@ class Competitor {
   std::string tracer_, builder_;
   const Hierarchy& hierarchy_;
 };
-
-class VulkanMachine;
 
 /// The device that builds and traces.
 struct Machine {
@@ -90,6 +92,10 @@ std::vector<std::string> embree_modes();
 /// @param mode of embree_modes().
 std::unique_ptr<Competitor> make_embree(const std::string& mode, const Hierarchy& hierarchy,
                                         const tools::ThreadLimit& limit);
+
+/// Vulkan on its device. @param mode of vulkan_modes().
+std::unique_ptr<Competitor> make_vulkan(const std::string& mode, const Hierarchy& hierarchy,
+                                        std::shared_ptr<VulkanMachine> machine);
 
 /// Calls build(number, threads) for every object. Large objects are built one after the other by all threads, then
 /// small objects at the same time by one thread each. @return the error of the object with the lowest number.

@@ -1,9 +1,6 @@
 #include "contest.h"
 
-#include <benchmarks/trace/agreement.h>
-
 #include "host_trace.h"
-#include "vulkan_machine.h"
 
 #include <algorithm>
 #include <array>
@@ -94,7 +91,7 @@ class Contest {
         if (machine_.vulkan == nullptr)
           record_.missing.push_back({"vulkan", mode, hierarchy->name, machine_.why_no_vulkan});
         else
-          seat(machine_.vulkan->compete(mode, *hierarchy));
+          seat(make_vulkan(mode, *hierarchy, machine_.vulkan));
       }
     }
   }
@@ -175,33 +172,51 @@ class Contest {
     return {};
   }
 
-  /// Compares the hits of all competitors. The traces also warm up.
-  build::Result<void> compare(const Wave& wave, std::vector<Hit>& hits) {
-    std::map<std::string, std::vector<Hit>> exact;  // By hierarchy: the CPU's hits with its first BVH.
-    std::string first_hierarchy;
-    float reach = 0;
+  /// The CPU's hits with the first BVH of each hierarchy.
+  struct Reference {
+    std::vector<Hit> hits;
+    std::vector<std::uint32_t> instances;  ///< Of closest hits in two levels, for Vulkan.
+  };
+  struct References {
+    std::map<std::string, Reference> of;  ///< By hierarchy.
+    std::string first;                    ///< The first hierarchy.
+    float reach = 0;                      ///< Its largest coordinate.
+  };
+
+  References trace_references(const Wave& wave) const {
+    References all;
     for (const Seat& seat : seats_) {
       const SceneView* view = seat.competitor->view();
-      if (view == nullptr || exact.contains(seat.entry.hierarchy)) continue;
-      trace_on_host(*view, wave.any_hit, wave.rays, hits, machine_.limit);
-      exact[seat.entry.hierarchy] = hits;
-      if (!first_hierarchy.empty()) continue;
-      first_hierarchy = seat.entry.hierarchy;
+      if (view == nullptr || all.of.contains(seat.entry.hierarchy)) continue;
+      Reference& reference = all.of[seat.entry.hierarchy];
+      reference.hits.resize(wave.rays.size());
+      if (machine_.vulkan != nullptr && view->levels == 1 && !wave.any_hit)
+        reference.instances.resize(wave.rays.size());
+      trace_on_host(*view, wave.any_hit, wave.rays, reference.hits, machine_.limit, reference.instances);
+      if (!all.first.empty()) continue;
+      all.first = seat.entry.hierarchy;
       for (int axis = 0; axis < 3; ++axis)
-        reach = std::max({reach, std::abs(view->bounds.min[axis]), std::abs(view->bounds.max[axis])});
+        all.reach = std::max({all.reach, std::abs(view->bounds.min[axis]), std::abs(view->bounds.max[axis])});
     }
-    const std::vector<Hit>& reference = exact[first_hierarchy];
-    const auto found = std::count_if(reference.begin(), reference.end(), [](const Hit& hit) { return hit.found(); });
+    return all;
+  }
+
+  /// Compares the hits of all competitors. The traces also warm up.
+  build::Result<void> compare(const Wave& wave, std::vector<Hit>& hits) {
+    const References references = trace_references(wave);
+    const std::vector<Hit>& first = references.of.at(references.first).hits;
+    const auto found = std::count_if(first.begin(), first.end(), [](const Hit& hit) { return hit.found(); });
     record_.waves.push_back({wave.name, wave.kind, wave.any_hit, wave.rays.size(), static_cast<std::uint64_t>(found)});
     return for_all([&](Seat& seat) -> build::Result<void> {
       const auto seconds = seat.competitor->trace(wave.any_hit, wave.rays, hits);
       if (!seconds) return tl::unexpected(seconds.error());
       TracedWave traced{.name = wave.name, .seconds = {}};
-      traced.differing = count_disagreements(hits, reference, wave.any_hit, reach);
-      if (seat.entry.tracer == "vulkan" && seat.entry.hierarchy == "flat" && exact.contains("flat") && !wave.any_hit)
-        traced.other = count_other_primitives(hits, exact["flat"]);
-      if (seat.competitor->view() != nullptr)
-        traced.inexact = count_inexact(hits, exact[seat.entry.hierarchy], wave.any_hit);
+      traced.differing = count_disagreements(hits, first, wave.any_hit, references.reach);
+      const auto own = references.of.find(seat.entry.hierarchy);
+      if (seat.entry.tracer == "vulkan" && own != references.of.end())
+        traced.kinds = find_disagreements({hits, seat.competitor->instances()},
+                                          {own->second.hits, own->second.instances}, wave.any_hit, references.reach);
+      if (seat.competitor->view() != nullptr) traced.inexact = count_inexact(hits, own->second.hits, wave.any_hit);
       judge(seat, traced, wave);
       seat.entry.waves.push_back(std::move(traced));
       return {};

@@ -13,12 +13,17 @@ namespace {
 constexpr std::array<const char*, 3> kKinds{"primary", "secondary", "shadow"};
 
 nlohmann::json wave_json(const TracedWave& wave) {
-  return {{"name", wave.name},
-          {"seconds", median(wave.seconds)},
-          {"rounds", wave.seconds},
-          {"differing_rays", wave.differing},
-          {"inexact_rays", wave.inexact},
-          {"other_triangles", wave.other}};
+  nlohmann::json json{{"name", wave.name},
+                      {"seconds", median(wave.seconds)},
+                      {"rounds", wave.seconds},
+                      {"differing_rays", wave.differing},
+                      {"inexact_rays", wave.inexact}};
+  if (wave.kinds)
+    json["disagreements"] = {{"found", wave.kinds->found},
+                             {"distance", wave.kinds->distance},
+                             {"instance", wave.kinds->instance},
+                             {"primitive", wave.kinds->primitive}};
+  return json;
 }
 
 nlohmann::json build_json(const Entry& entry) {
@@ -50,6 +55,38 @@ nlohmann::json entry_json(const Entry& entry) {
 const WaveRecord& record_of(const SceneRecord& scene, const TracedWave& wave) {
   return *std::find_if(scene.waves.begin(), scene.waves.end(),
                        [&](const WaveRecord& record) { return record.name == wave.name; });
+}
+
+/// The sum over all waves. @return nothing if the tracer's hits were not compared by kind.
+std::optional<Disagreements> all_disagreements(const Entry& entry) {
+  std::optional<Disagreements> sum;
+  for (const TracedWave& wave : entry.waves) {
+    if (!wave.kinds) continue;
+    if (!sum) sum.emplace();
+    for (const auto member :
+         {&Disagreements::found, &Disagreements::distance, &Disagreements::instance, &Disagreements::primitive})
+      *sum.*member += *wave.kinds.*member;
+  }
+  return sum;
+}
+
+/// How the peers' hits differ from ours. Empty without such peers.
+std::string disagreement_table(const SceneRecord& scene) {
+  std::vector<Entry> entries;
+  for (const Entry& entry : scene.entries)
+    if (all_disagreements(entry)) entries.push_back(entry);
+  if (entries.empty()) return {};
+  const auto count = [](std::uint64_t Disagreements::*member) {
+    return [member](const Entry& entry) { return std::to_string(*all_disagreements(entry).*member); };
+  };
+  const std::vector<Column<Entry>> columns{
+      {"hits unlike ours", [](const auto& entry) { return entry.tracer + " " + entry.builder; }},
+      {"hierarchy", [](const auto& entry) { return entry.hierarchy; }},
+      {"hit or miss", count(&Disagreements::found)},
+      {"distance", count(&Disagreements::distance)},
+      {"instance", count(&Disagreements::instance)},
+      {"primitive", count(&Disagreements::primitive)}};
+  return table(entries, columns);
 }
 
 }  // namespace
@@ -117,7 +154,7 @@ std::string to_markdown(const SceneRecord& scene) {
                        for (const TracedWave& wave : entry.waves) differing += wave.differing;
                        return std::to_string(differing);
                      }});
-  std::string text = "## " + scene.name + "\n\n" + table(scene.entries, columns);
+  std::string text = "## " + scene.name + "\n\n" + table(scene.entries, columns) + disagreement_table(scene);
   for (const Missing& missing : scene.missing)
     text += "Not measured: " + missing.tracer + (missing.tracer.empty() ? "" : " ") + missing.builder +
             (missing.builder.empty() ? "" : " ") + missing.hierarchy + ": " + missing.why + "\n\n";

@@ -4,8 +4,11 @@
 #include "competitor.h"
 #include "waves.h"
 
+#include <benchmarks/trace/agreement.h>
+
 #include <nlohmann/json.hpp>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,8 +24,8 @@ struct TracedWave {
   std::uint64_t differing = 0;
   /// Ours only: rays that differ in any bit from the CPU's hits with the hierarchy's first BVH.
   std::uint64_t inexact = 0;
-  /// Vulkan's closest hits of the flat hierarchy: rays that hit another triangle than ours, for example its neighbour.
-  std::uint64_t other = 0;
+  /// Vulkan's only: rays whose hits differ from the CPU's with the same hierarchy's first BVH, by kind.
+  std::optional<Disagreements> kinds{};
 };
 
 struct Entry {

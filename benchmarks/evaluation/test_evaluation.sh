@@ -57,6 +57,21 @@ expect 2 "exclude each other" "$source/evaluate" --build=a --program=b
 expect 2 "'octree' is none of" "$source/evaluate" --quick "--build=$build" "--output=$work/none" -- --builders=octree
 expect 0 "usage: benchmarks/evaluate" "$source/evaluate" --help
 
+# Ten scenes: those of the folder are used, the others are generated or named.
+python3 -c 'import struct, sys
+mesh = struct.pack("<2I9f3I", 3, 1, -9, -9, 0, 9, -9, 0, 0, 9, 0, 0, 1, 2)
+for name in ["sponza", "bedroom", "town", "orchard"]:
+    open(f"{sys.argv[1]}/{name}.mesh", "wb").write(mesh)
+    open(f"{sys.argv[1]}/{name}.cam", "w").write("eye 0 0 3 / at 0 0 0 / up 0 1 0 / 40")' "$work"
+expect 0 "scenes that are not there: livingroom bistro_ext legofalcon" "$source/evaluate" --ten --quick \
+  "--build=$build" "--scenes=$work" "--output=$work/ten" -- --hierarchies=two_level --builders=ploc --peers=none
+python3 -c 'import json, sys
+names = [scene["name"] for scene in json.load(open(sys.argv[1]))["scenes"]]
+assert names == ["procedural", "stadium", "island", "sponza", "bedroom", "town", "orchard"], names' \
+  "$work/ten/evaluation.json" || fault "ten scenes"
+if [[ ! -s $work/ten/all.normalised.svg || ! -s $work/ten/town.trace_times.svg ]]; then fault "plots of ten scenes"; fi
+rm "$work"/{sponza,bedroom,town,orchard}.{mesh,cam}
+
 # A packed program needs no other files, and finds the libraries beside it.
 expect 0 "Packed: " "$source/evaluate" "--pack=$work/pack" "--build=$build"
 if ! compgen -G "$work/pack/lib/libembree[34].so.[34]" >/dev/null || [[ -e $work/pack/lib/libc.so.6 ]]; then

@@ -29,6 +29,13 @@ holds "$report" '<title>hiprt: evaluation on Made-up CPU</title>' '<li>a made-up
   '<tr><th>ploc</th><td>0.500</td><td>0.500</td><td>1.50</td><td>1.50</td><td>1.50</td><td>1.50</td></tr>' \
   '<td>4.00 (0.250)</td><td>2.00 (0.500)</td><td>2.00 (0.475)</td>'
 if grep -q 'busy with other work' "$report"; then fault "an idle machine is called busy"; fi
+# The averages of one scene are its own: hq takes 3 times as long to build as ploc, and costs 0.8 times as much.
+if [[ ! -s $work/out/all.normalised.svg ]]; then fault "no all.normalised.svg"; fi
+holds "$report" 'id="all-normalised"' '<title>hq, flat, build time: 3.00 x ploc</title>' \
+  '<title>hq, flat, SAH cost: 0.800 x ploc</title>' '<title>hq, flat, primary: 0.600 x ploc</title>'
+if [[ -e $work/out/made_up.bounces_flat.svg ]] || grep -q 'RT cores' "$report"; then
+  fault "bounces of one bounce, or a CPU without RT cores"
+fi
 # Nothing is loaded from elsewhere.
 if grep -oE '(src|href)="[^"#][^"]*"|@import|url\([^)]*\)' "$report" | grep -v '="data:'; then
   fault "the page loads something"
@@ -47,6 +54,35 @@ for file in "$source"/results/*/evaluation.json; do
   fi
   rm -r "$work/stored"
 done
+
+# The report says how Vulkan's hits differ from ours.
+python3 -c 'import copy, json, sys
+d = json.load(open(sys.argv[1]))
+s = d["scenes"][0]
+entry = copy.deepcopy(next(e for e in s["entries"] if e["form"] == "two_level"))
+entry |= {"tracer": "vulkan", "builder": "fast_trace"}
+for i, wave in enumerate(entry["waves"]):
+    wave["disagreements"] = {"found": 1, "distance": 10, "instance": 100 * i, "primitive": 1000}
+s["entries"].append(entry)
+json.dump(d, open(sys.argv[2], "w"))' "$made_up" "$work/vulkan.json"
+expect 0 "" python3 -B "$plot" "$work/vulkan.json" --output "$work/vulkan"
+holds "$work/vulkan/report.html" '<th>hit or miss</th><th>other distance</th><th>other instance</th>' \
+  '<th>Vulkan, fast trace, two-level</th><td>4</td><td>40</td><td>600</td><td>4000</td>'
+if grep -q 'Hits unlike ours' "$report"; then fault "hits of Vulkan without Vulkan"; fi
+
+# Three bounces have a plot. Beside the plots of a GPU without ray tracing cores stands that it has none.
+python3 -c 'import copy, json, sys
+d = json.load(open(sys.argv[1]))
+d["device"] |= {"kind": "gpu", "name": "NVIDIA H100 80GB HBM3, sm_90"}
+for part in [d["scenes"][0], *d["scenes"][0]["entries"]]:
+    bounce = next(wave for wave in part["waves"] if wave["name"] == "bounce 1")
+    part["waves"] += [copy.deepcopy(bounce) | {"name": f"bounce {i}"} for i in (2, 3)]
+json.dump(d, open(sys.argv[2], "w"))' "$made_up" "$work/bounces.json"
+expect 0 "" python3 -B "$plot" "$work/bounces.json" --output "$work/bounces"
+holds "$work/bounces/report.html" 'id="made_up-bounces_flat"' 'id="made_up-bounces_two_level"' \
+  'Time per ray of each diffuse bounce, flat, no RT cores.' 'Build time (logarithmic), no RT cores.' \
+  'less is better), no RT cores.'
+holds "$work/bounces/made_up.bounces_flat.svg" 'time per ray over bounces, no RT cores</title>'
 
 # The report says if the machine was busy.
 sed 's/^   0.25,$/   7.5,/' "$made_up" >"$work/busy.json"

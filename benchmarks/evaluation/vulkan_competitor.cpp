@@ -1,8 +1,5 @@
-#include "vulkan_machine.h"
+#include "competitor.h"
 
-#include <benchmarks/vulkan/tracer.h>
-
-#include <optional>
 #include <utility>
 
 namespace hiprt::bench {
@@ -10,20 +7,18 @@ namespace {
 
 class VulkanCompetitor : public Competitor {
  public:
-  VulkanCompetitor(const std::string& mode, const Hierarchy& hierarchy, vulkan::Tracer& tracer)
-      : Competitor("vulkan", mode, hierarchy),
-        tracer_(tracer),
-        preference_(mode == "fast_build" ? vulkan::Preference::kFastBuild : vulkan::Preference::kFastTrace) {}
+  VulkanCompetitor(const std::string& mode, const Hierarchy& hierarchy, std::shared_ptr<VulkanMachine> machine)
+      : Competitor("vulkan", mode, hierarchy), machine_(std::move(machine)) {}
 
   build::Result<BuildSeconds> build() override {
     if (hierarchy().levels > 1)
       return tl::unexpected(
           build::Error{build::ErrorCode::kNoDevice,
                        std::to_string(hierarchy().levels) + " levels of instances, but Vulkan supports 1"});
-    if (!scene_) {
+    if (scene_ == nullptr) {
       auto made = hierarchy().levels == 0 ? make_flat() : make_instanced();
       if (!made) return tl::unexpected(std::move(made.error()));
-      scene_.emplace(std::move(*made));
+      scene_ = std::move(*made);
     }
     const auto seconds = scene_->build();
     if (!seconds) return tl::unexpected(seconds.error());
@@ -31,79 +26,68 @@ class VulkanCompetitor : public Competitor {
   }
 
   build::Result<void> prepare() override {
-    figures_.built_bytes = scene_->bytes();
-    figures_.scratch_bytes = scene_->scratch_bytes();
     const auto seconds = scene_->compact();
     if (!seconds) return tl::unexpected(seconds.error());
-    figures_.compaction_seconds = seconds->objects + seconds->instances;
-    figures_.bytes = scene_->bytes();
+    const VulkanBytes bytes = scene_->bytes();
+    figures_ = {.bytes = bytes.now,
+                .sah_cost = {},
+                .built_bytes = bytes.built,
+                .scratch_bytes = bytes.scratch,
+                .compaction_seconds = seconds->all()};
     return {};
   }
 
   build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) override {
-    auto seconds = tracer_.trace(*scene_, any_hit, rays);
-    if (!seconds) return seconds;
-    const std::span<const vulkan::VulkanHit> found = tracer_.hits();
+    const auto seconds = scene_->trace(any_hit, rays, 1);
+    if (!seconds) return tl::unexpected(seconds.error());
+    const std::span<const VulkanHit> found = scene_->hits();
+    instances_.assign(any_hit || hierarchy().levels == 0 ? 0 : hits.size(), kInvalidId);
     for (std::size_t i = 0; i < hits.size(); ++i) {
       hits[i] = {};
       if (!found[i].found()) continue;
       hits[i].t = found[i].t;
       hits[i].geometry = found[i].geometry;
       hits[i].primitive = found[i].primitive;
+      if (!instances_.empty()) instances_[i] = id_of(found[i].instance);
     }
-    return seconds;
+    return seconds->front();
   }
+
+  std::span<const std::uint32_t> instances() const override { return instances_; }
 
   TreeFigures figures() const override { return figures_; }
   const SceneView* view() const override { return nullptr; }
 
  private:
   /// Vulkan traces instances only: one instance of one object.
-  build::Result<vulkan::Scene> make_flat() {
+  build::Result<std::unique_ptr<VulkanScene>> make_flat() {
     const std::vector<std::vector<build::TriangleMesh>> objects{tools::views(hierarchy().geometries)};
     const build::Instance whole;
-    return vulkan::Scene::make(tracer_.device(), preference_, objects, {&whole, 1});
+    return machine_->make_scene({builder(), objects, {&whole, 1}});
   }
 
-  build::Result<vulkan::Scene> make_instanced() {
+  build::Result<std::unique_ptr<VulkanScene>> make_instanced() {
     std::vector<std::vector<build::TriangleMesh>> objects;
     for (std::size_t i = 0; i < hierarchy().source->objects.size(); ++i) objects.push_back(hierarchy().object(i));
-    return vulkan::Scene::make(tracer_.device(), preference_, objects, hierarchy().groups.back().instances);
+    return machine_->make_scene({builder(), objects, hierarchy().groups.back().instances});
   }
 
-  vulkan::Tracer& tracer_;
-  vulkan::Preference preference_;
-  std::optional<vulkan::Scene> scene_;
+  std::uint32_t id_of(std::uint32_t instance) const {
+    const std::vector<build::Instance>& all = hierarchy().groups.back().instances;
+    return instance < all.size() ? all[instance].id : kInvalidId;
+  }
+
+  std::shared_ptr<VulkanMachine> machine_;
+  std::unique_ptr<VulkanScene> scene_;
   TreeFigures figures_;
-};
-
-class OpenMachine final : public VulkanMachine {
- public:
-  explicit OpenMachine(vulkan::Tracer tracer) : tracer_(std::move(tracer)) {}
-
-  nlohmann::json describe() const override {
-    const vulkan::Facts& facts = tracer_.device().facts();
-    return {{"device", facts.name},
-            {"driver", facts.driver},
-            {"calls", facts.calls == vulkan::RayCalls::kQuery ? "query" : "pipeline"}};
-  }
-
-  std::unique_ptr<Competitor> compete(const std::string& mode, const Hierarchy& hierarchy) override {
-    return std::make_unique<VulkanCompetitor>(mode, hierarchy, tracer_);
-  }
-
- private:
-  vulkan::Tracer tracer_;
+  std::vector<std::uint32_t> instances_;
 };
 
 }  // namespace
 
-build::Result<std::shared_ptr<VulkanMachine>> open_vulkan(const VulkanOptions& options) {
-  auto device = vulkan::Device::make({options.device, options.calls, options.software});
-  if (!device) return tl::unexpected(std::move(device.error()));
-  auto tracer = vulkan::Tracer::make(std::move(*device));
-  if (!tracer) return tl::unexpected(std::move(tracer.error()));
-  return std::make_shared<OpenMachine>(std::move(*tracer));
+std::unique_ptr<Competitor> make_vulkan(const std::string& mode, const Hierarchy& hierarchy,
+                                        std::shared_ptr<VulkanMachine> machine) {
+  return std::make_unique<VulkanCompetitor>(mode, hierarchy, std::move(machine));
 }
 
 }  // namespace hiprt::bench

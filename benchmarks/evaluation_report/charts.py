@@ -132,6 +132,24 @@ def trace_bars(scene):
     return picture
 
 
+def bounce_curves(scene, hierarchy):
+    """Plots the time per ray of each diffuse bounce. @return None with fewer than three bounces."""
+    names = scene.wave_names("secondary")
+    if len(names) < 3:
+        return None
+    entries = scene.of_hierarchy(hierarchy)
+    nanoseconds = lambda entry, name: 1e9 * entry.waves[name] / scene.waves[name]["rays"]  # noqa: E731
+    picture = Picture(560, 360, f"{scene.name}, {HIERARCHIES[hierarchy]}: time per ray over bounces")
+    most = max(nanoseconds(entry, name) for entry in entries for name in names)
+    across, up = Scale(1, len(names), 60, 440, False), Scale(0, 1.05 * most, 310, 34, False)
+    frame(picture, across, up, "bounce", "ns per ray", lambda value: f"{value:g}")
+    for entry in entries:
+        points = [(across.place(i + 1), up.place(nanoseconds(entry, name))) for i, name in enumerate(names)]
+        picture.curve(points, series(entry), entry.name(), entry.tracer != "hiprt")
+    end_labels(picture, [up.place(nanoseconds(entry, names[-1])) for entry in entries], entries, across, up)
+    return picture
+
+
 def draw_hierarchy_legend(picture, hierarchies):
     x = 8
     for hierarchy in hierarchies:
@@ -179,6 +197,10 @@ def charts(scene):
         found.append((f"time_to_image_{hierarchy}",
                       f"Time to image, {HIERARCHIES[hierarchy]}: build, then all waves of each sample.",
                       time_to_image(scene, hierarchy)))
+        bounces = bounce_curves(scene, hierarchy)
+        if bounces:
+            found.append((f"bounces_{hierarchy}", f"Time per ray of each diffuse bounce, {HIERARCHIES[hierarchy]}.",
+                          bounces))
         relative = relative_time_to_image(scene, hierarchy)
         if relative:
             found.append((f"time_to_image_relative_{hierarchy}",

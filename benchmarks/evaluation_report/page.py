@@ -3,7 +3,7 @@
 import html
 
 from . import tables
-from .charts import charts
+from .overview import ALL, all_charts
 from .runs import HIERARCHIES
 from .svg import STYLE, variables
 
@@ -109,18 +109,20 @@ def missing(scene):
     return f"<h3>Not measured</h3><ul>{lines}</ul>" if lines else ""
 
 
-def chart_figures(scene):
+def chart_figures(name, found):
+    """@param name of the scene, or overview.ALL. @param found the charts and their captions."""
     text = ""
-    for name, caption, picture in charts(scene):
+    for kind, caption, picture in found:
         wide = ' class="chart wide"' if picture.width > 700 else ' class="chart"'
-        text += (f'<figure{wide} id="{scene.name}-{name}"><figcaption>{html.escape(caption)}</figcaption>'
+        text += (f'<figure{wide} id="{name}-{kind}"><figcaption>{html.escape(caption)}</figcaption>'
                  f"{picture.inline()}</figure>")
-    return f'<div class="charts">{text}</div>'
+    return f'<div class="charts">{text}</div>' if text else ""
 
 
-def scene_section(evaluation, scene):
-    parts = [tables.builders(evaluation, scene), chart_figures(scene), tables.crossover_table(evaluation, scene),
-             tables.levels_price(evaluation, scene), tables.waves(evaluation, scene), missing(scene)]
+def scene_section(evaluation, scene, found):
+    parts = [tables.builders(evaluation, scene), chart_figures(scene.name, found),
+             tables.crossover_table(evaluation, scene), tables.levels_price(evaluation, scene),
+             tables.disagreements(evaluation, scene), tables.waves(evaluation, scene), missing(scene)]
     return (f'<section id="{scene.name}"><h2>{html.escape(scene.name)}</h2><p>{html.escape(scene.source)}</p>'
             + "".join(parts) + "</section>")
 
@@ -133,6 +135,7 @@ def fault_list(evaluation):
 
 
 def page(evaluation):
+    found = all_charts(evaluation)
     css = CSS.replace("LIGHT", variables(0)).replace("DARK", variables(1)) + STYLE
     title = f"hiprt: evaluation on {evaluation.device_name}"
     links = "".join(f'<a href="#{scene.name}">{html.escape(scene.name)}</a>' for scene in evaluation.scenes)
@@ -142,4 +145,6 @@ def page(evaluation):
             f"<h1>{html.escape(title)}</h1>{facts(evaluation)}{METHOD}"
             f"{GPU_METHOD if evaluation.device == 'gpu' else CPU_METHOD}{VULKAN_METHOD if evaluation.vulkan else ''}"
             f"{busy(evaluation)}{fault_list(evaluation)}{tables.overview(evaluation)}"
-            + "".join(scene_section(evaluation, scene) for scene in evaluation.scenes) + "</main></body></html>\n")
+            + chart_figures(ALL, found[ALL])
+            + "".join(scene_section(evaluation, scene, found[scene.name]) for scene in evaluation.scenes)
+            + "</main></body></html>\n")

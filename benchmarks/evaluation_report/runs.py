@@ -4,10 +4,14 @@ import shlex
 import statistics
 
 from variant_report.json_file import load
+from variant_report.ray_cores import without_ray_cores
 
 FORMAT = "hiprt bench_evaluation 1"
 KINDS = ["primary", "secondary", "shadow"]
 HIERARCHIES = {"flat": "flat", "two_level": "two-level", "deep": "deep"}
+# How a peer's hit differs from ours: the key in JSON and the words.
+DISAGREEMENTS = {"found": "hit or miss", "distance": "other distance", "instance": "other instance",
+                 "primitive": "other triangle"}
 # The builder that others are compared with.
 YARDSTICK = "ploc"
 # Flags that do not affect the measurements.
@@ -37,6 +41,7 @@ class Entry:
         self.waves = {}
         self.rounds = {}
         self.differing = self.inexact = 0
+        self.disagreements = {}  # Of Vulkan's modes.
         for wave in part.members("waves"):
             name = wave.name("name")
             if name not in waves:
@@ -47,6 +52,9 @@ class Entry:
                 raise wave.member("rounds").fault("nothing was measured")
             self.differing += wave.number("differing_rays")
             self.inexact += wave.number("inexact_rays")
+            for kind in DISAGREEMENTS if "disagreements" in wave.value else ():
+                count = wave.member("disagreements").number(kind)
+                self.disagreements[kind] = self.disagreements.get(kind, 0) + count
         for name in waves:
             if name not in self.waves:
                 raise part.fault(f"has no wave {name!r}")
@@ -152,6 +160,10 @@ class Evaluation:
             raise file.member("scenes").fault("nothing was measured")
         if len(set(names)) != len(names):
             raise file.member("scenes").fault("a scene is there twice")
+
+    def device_note(self):
+        """@return what stands beside every figure: ", no RT cores" for a GPU without them, else nothing."""
+        return ", no RT cores" if self.device == "gpu" and without_ray_cores(self.device_name) else ""
 
     def hierarchies(self):
         return [hierarchy for hierarchy in HIERARCHIES if any(scene.of_hierarchy(hierarchy) for scene in self.scenes)]

@@ -7,7 +7,8 @@ from variant_report.runs import geometric_mean
 
 from . import numbers
 from .curves import FAST, SLOW, crossover
-from .runs import HIERARCHIES, YARDSTICK, tracer_name
+from .overview import figures, ratios
+from .runs import DISAGREEMENTS, HIERARCHIES, YARDSTICK, tracer_name
 
 
 class Cell:
@@ -40,24 +41,9 @@ def table(caption, head, rows, command=None):
             f'<div class="scroll"><table>{text}</tbody></table></div>{beside}</figure>')
 
 
-def ratios(evaluation, hierarchy, key, figure):
-    """@return a builder's figure relative to the yardstick's, for each scene where both were measured."""
-    found = []
-    for scene in evaluation.scenes:
-        entry, base = scene.entry(hierarchy, key[1], key[0]), scene.entry(hierarchy, YARDSTICK)
-        values = [figure(scene, e) if e else None for e in (entry, base)]
-        if None not in values:
-            found.append(values[0] / values[1])
-    return found
-
-
 def overview(evaluation):
     """@return geometric means over the scenes; empty without the yardstick."""
-    figures = [("build time", lambda scene, e: e.build_seconds), ("SAH cost", lambda scene, e: e.sah_cost),
-               ("bytes", lambda scene, e: e.bytes or None)]
-    for kind in evaluation.scenes[0].kinds():
-        figures.append((kind, lambda scene, e, kind=kind: scene.seconds(e, kind) if kind in scene.kinds() else None))
-    figures.append(("one sample", lambda scene, e: e.sample_seconds()))
+    columns = figures(evaluation)
     rows = []
     for hierarchy in evaluation.hierarchies():
         scenes = [scene for scene in evaluation.scenes if scene.entry(hierarchy, YARDSTICK)]
@@ -66,13 +52,13 @@ def overview(evaluation):
         rows.append([f"{HIERARCHIES[hierarchy]}: {', '.join(scene.name for scene in scenes)}"])
         for key in evaluation.keys():
             if any(scene.entry(hierarchy, key[1], key[0]) for scene in scenes):
-                means = [geometric_mean(ratios(evaluation, hierarchy, key, figure)) for _, figure in figures]
+                means = [geometric_mean(ratios(evaluation, hierarchy, key, figure)) for _, figure in columns]
                 rows.append([tracer_name(*key), *(numbers.significant(mean) for mean in means)])
     if not rows:
         return ""
     return table(f"Times, cost and size relative to {YARDSTICK} of the same hierarchy: "
                  "geometric means over scenes, less is better",
-                 ["", *(name for name, _ in figures)], rows, evaluation.command)
+                 ["", *(name for name, _ in columns)], rows, evaluation.command)
 
 
 def best(entries, figure):
@@ -158,6 +144,17 @@ def levels_price(evaluation, scene):
         return ""
     return table("Instances relative to the flat tree of the same builder",
                  ["", "build time", "bytes", *kinds, "one sample"], rows, evaluation.command_of(scene))
+
+
+def disagreements(evaluation, scene):
+    """How Vulkan's hits differ from ours; empty without Vulkan."""
+    rows = [[f"{entry.name()}, {HIERARCHIES[entry.hierarchy]}", *(entry.disagreements[kind] for kind in DISAGREEMENTS)]
+            for entry in scene.entries if entry.disagreements]
+    if not rows:
+        return ""
+    rays = f"{scene.rays():,}".replace(",", "\u202f")
+    return table(f"Hits unlike ours, of {rays} rays: each ray counts once, in the first column that applies",
+                 ["", *DISAGREEMENTS.values()], rows, evaluation.command_of(scene))
 
 
 def waves(evaluation, scene):

@@ -2,7 +2,9 @@
 
 #include "builder_choice.h"
 #include "instances.h"
+#include "measured.h"
 #include "objects.h"
+#include "vulkan_builds.h"
 
 #include <benchmarks/common/device_memory.h>
 #include <benchmarks/common/flags.h>
@@ -26,6 +28,8 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <memory>
+#include <utility>
 
 namespace hiprt::bench {
 namespace {
@@ -37,13 +41,7 @@ struct Options {
   std::vector<std::string> batches, instances, objects;
   std::string json, save, nodes = "planes";
   unsigned repeats = 15, pairs = 1, graphs = 0;
-};
-
-struct Measured {
-  std::string scene, builder;
-  std::uint64_t triangles = 0, output_bytes = 0, scratch_bytes = 0, file_bytes = 0;
-  double min_ms = 0, median_ms = 0, max_ms = 0, sah_cost = 0, refit_ms = 0;
-  gpu::BuildReport report{};
+  VulkanOptions vulkan;
 };
 
 Result<NodeLayout> find_layout(const std::string& name) {
@@ -265,44 +263,26 @@ bool run_batches(const Options& options, hipStream_t stream, nlohmann::json& res
   return good;
 }
 
-nlohmann::json to_json(const Measured& m) {
-  return {{"scene", m.scene},
-          {"builder", m.builder},
-          {"triangles", m.triangles},
-          {"min_ms", m.min_ms},
-          {"median_ms", m.median_ms},
-          {"max_ms", m.max_ms},
-          {"mtri_s", static_cast<double>(m.triangles) / m.median_ms / 1e3},
-          {"refit_ms", m.refit_ms},
-          {"sah_cost", m.sah_cost},
-          {"pairs", m.report.pairs},
-          {"leaves", m.report.leaves},
-          {"nodes", m.report.nodes},
-          {"output_bytes", m.output_bytes},
-          {"scratch_bytes", m.scratch_bytes},
-          {"file_bytes", m.file_bytes}};
-}
-
-std::string table(const std::vector<Measured>& all) {
-  MarkdownTable result({"scene", "builder", "triangles", "ms", "Mtri/s", "SAH cost", "pairs / triangle", "nodes / leaf",
-                        "B/tri file", "B/tri output", "B/tri scratch", "refit ms", "refit Mtri/s"});
-  for (const Measured& m : all) {
-    const auto per_triangle = [&](std::uint64_t count) {
-      return format_number(static_cast<double>(count) / static_cast<double>(m.triangles), 2);
-    };
-    result.add({m.scene, m.builder, std::to_string(m.triangles), format_number(m.median_ms, 3),
-                format_number(static_cast<double>(m.triangles) / m.median_ms / 1e3, 0), format_number(m.sah_cost, 3),
-                per_triangle(m.report.pairs),
-                format_number(double{1} * m.report.nodes / std::max(1u, m.report.leaves), 3),
-                per_triangle(m.file_bytes), per_triangle(m.output_bytes), per_triangle(m.scratch_bytes),
-                format_number(m.refit_ms, 3), format_number(static_cast<double>(m.triangles) / m.refit_ms / 1e3, 0)});
-  }
-  return result.text();
+/// Vulkan, with and without compaction: a row each. @return false after an error, which is printed.
+bool run_vulkan(VulkanMachine& machine, const Options& options, const std::string& scene, const tools::Mesh& mesh,
+                std::vector<Measured>& all) {
+  bool good = true;
+  const build::TriangleMesh input{.positions = mesh.positions, .triangles = mesh.triangles};
+  for (const std::string& mode : options.vulkan.modes)
+    for (const bool compacted : {false, true}) {
+      const auto builds = measure_vulkan(machine, input, mode, compacted, options.repeats);
+      if (builds)
+        all.push_back(row_of(scene, mesh.triangles.size(), mode, *builds));
+      else
+        std::cerr << "bench_gpu_build: " << scene << ", Vulkan, " << mode << ": " << builds.error().message << "\n";
+      good = good && builds;
+    }
+  return good;
 }
 
 /// Prints a table. @return false after an error.
 bool run_scenes(const Options& options, const std::vector<std::string>& paths, hipStream_t stream,
-                nlohmann::json& results) {
+                VulkanMachine* vulkan, nlohmann::json& results) {
   std::vector<Measured> all;
   bool good = true;
   for (const std::string& path : paths) {
@@ -317,14 +297,24 @@ bool run_scenes(const Options& options, const std::vector<std::string>& paths, h
         continue;
       }
       all.push_back(*measured);
-      results.push_back(to_json(*measured));
     }
+    if (vulkan != nullptr && scene) good = run_vulkan(*vulkan, options, scene->name, *mesh, all) && good;
   }
+  for (const Measured& measured : all) results.push_back(to_json(measured));
   if (!all.empty()) std::cout << table(all);
   return good;
 }
 
-int run(const Options& options, const std::vector<std::string>& paths) {
+/// Opens Vulkan's device, for scenes only. @return nullptr if Vulkan is not measured; a reason is printed.
+std::shared_ptr<VulkanMachine> open_for(Options& options, const std::vector<std::string>& paths) {
+  if (paths.empty()) return nullptr;
+  auto machine = open_chosen(options.vulkan, true);
+  if (machine) return std::move(*machine);
+  std::cerr << "bench_gpu_build: Vulkan is not measured: " << machine.error().message << "\n";
+  return nullptr;
+}
+
+int run(Options& options, const std::vector<std::string>& paths) {
   hipStream_t stream = nullptr;
   const auto device = gpu::current_device();
   if (!device || hipStreamCreateWithFlags(&stream, hipStreamNonBlocking) != hipSuccess) {
@@ -333,15 +323,21 @@ int run(const Options& options, const std::vector<std::string>& paths) {
   }
   const auto none = nlohmann::json::array();
   nlohmann::json results = none, batches = none, instances = none, objects = none;
-  bool good = run_scenes(options, paths, stream, results);
+  const std::shared_ptr<VulkanMachine> vulkan = open_for(options, paths);
+  bool good = run_scenes(options, paths, stream, vulkan.get(), results);
   good = run_batches(options, stream, batches) && good;
   const InstanceBench bench{options.instances, options.builders, options.repeats, options.graphs != 0};
   good = run_instances(bench, stream, instances) && good;
   good = run_objects({options.objects, options.repeats}, stream, objects) && good;
   if (!options.json.empty()) {
-    const nlohmann::json document = {
-        {"device", device->name}, {"commit", HIPRT_BENCH_COMMIT}, {"repeats", options.repeats}, {"results", results},
-        {"batches", batches},     {"instances", instances},       {"objects", objects}};
+    const nlohmann::json document = {{"vulkan", vulkan == nullptr ? nlohmann::json() : vulkan->describe()},
+                                     {"device", device->name},
+                                     {"commit", HIPRT_BENCH_COMMIT},
+                                     {"repeats", options.repeats},
+                                     {"results", results},
+                                     {"batches", batches},
+                                     {"instances", instances},
+                                     {"objects", objects}};
     std::ofstream file(options.json);
     file << document.dump(1) << "\n";
     good = good && file.good();
@@ -352,7 +348,7 @@ int run(const Options& options, const std::vector<std::string>& paths) {
 
 int main(int argc, char** argv) {
   Options options;
-  const std::vector<Flag> flags = {
+  std::vector<Flag> flags = {
       list_flag("builders", "NAME[:split=X][:presplit=X][:rounds=N][:radius=N],...",
                 "builders and their options (default lbvh,lbvh30,hploc)", options.builders),
       list_flag("batches", "MESHESxTRIANGLES,...", "batches of ribbons, e.g. 20000x224", options.batches),
@@ -366,6 +362,7 @@ int main(int argc, char** argv) {
       text_flag("nodes", "NAME", "float, planes (default), half or quantized", options.nodes),
       text_flag("json", "FILE", "writes all figures as JSON", options.json),
       text_flag("save", "FOLDER", "writes the BVHs to SCENE.BUILDER.bvh", options.save)};
+  for (Flag& flag : options.vulkan.flags()) flags.push_back(std::move(flag));
   const std::string fault = take_flags(argc, argv, flags);
   const std::vector<std::string> paths(argv + 1, argv + argc);
   const bool help = !paths.empty() && (paths[0] == "--help" || paths[0] == "-h");

@@ -17,7 +17,7 @@ build::Result<void> VulkanScenes::set_model(const Model& model) {
   geometry.mask = ~0u;
   geometry.name = &model.name;
   for (const std::string& mode : modes_) {
-    auto scene = machine_->compete(mode, model_);
+    auto scene = make_vulkan(mode, model_, machine_);
     if (auto built = scene->build(); !built) return tl::unexpected(built.error());
     if (auto ready = scene->prepare(); !ready) return ready;
     scenes_.emplace(mode, std::move(scene));

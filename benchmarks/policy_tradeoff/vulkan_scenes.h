@@ -3,7 +3,7 @@
 
 #include "model.h"
 
-#include <benchmarks/evaluation/vulkan_machine.h>
+#include <benchmarks/evaluation/competitor.h>
 #include <tests/oracle/probe.h>
 
 #include <map>

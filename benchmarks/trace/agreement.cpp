@@ -7,15 +7,8 @@ namespace hiprt::bench {
 
 std::uint64_t count_disagreements(std::span<const Hit> hits, std::span<const Hit> reference, bool any_hit,
                                   float reach) {
-  std::uint64_t count = 0;
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const Hit &a = hits[i], &b = reference[i];
-    const bool both = a.found() && b.found();
-    const float tolerance = kRelativeTolerance * std::max(a.t, b.t) + kAbsoluteTolerance * reach;
-    const bool differ = a.failed() || a.found() != b.found() || (both && !any_hit && std::abs(a.t - b.t) > tolerance);
-    count += differ ? 1 : 0;
-  }
-  return count;
+  const Disagreements all = find_disagreements({hits, {}}, {reference, {}}, any_hit, reach);
+  return all.found + all.distance;
 }
 
 std::uint64_t count_inexact(std::span<const Hit> hits, std::span<const Hit> reference, bool any_hit) {
@@ -29,12 +22,22 @@ std::uint64_t count_inexact(std::span<const Hit> hits, std::span<const Hit> refe
   return count;
 }
 
-std::uint64_t count_other_primitives(std::span<const Hit> hits, std::span<const Hit> reference) {
-  std::uint64_t count = 0;
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const Hit &a = hits[i], &b = reference[i];
-    const bool same = a.geometry == b.geometry && a.primitive == b.primitive;
-    count += a.found() && b.found() && !same ? 1 : 0;
+Disagreements find_disagreements(const HitList& list, const HitList& reference, bool any_hit, float reach) {
+  Disagreements count;
+  const bool instances = !list.instances.empty() && !reference.instances.empty();
+  for (std::size_t i = 0; i < list.hits.size(); ++i) {
+    const Hit &a = list.hits[i], &b = reference.hits[i];
+    const float tolerance = kRelativeTolerance * std::max(a.t, b.t) + kAbsoluteTolerance * reach;
+    if (a.failed() || a.found() != b.found())
+      ++count.found;
+    else if (any_hit || !a.found())
+      continue;
+    else if (std::abs(a.t - b.t) > tolerance)
+      ++count.distance;
+    else if (instances && list.instances[i] != reference.instances[i])
+      ++count.instance;
+    else if (a.geometry != b.geometry || a.primitive != b.primitive)
+      ++count.primitive;
   }
   return count;
 }

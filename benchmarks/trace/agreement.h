@@ -21,7 +21,25 @@ std::uint64_t count_disagreements(std::span<const Hit> hits, std::span<const Hit
 /// the other misses.
 std::uint64_t count_inexact(std::span<const Hit> hits, std::span<const Hit> reference, bool any_hit);
 
-/// Number of rays that both tracers hit, but in different triangles.
-std::uint64_t count_other_primitives(std::span<const Hit> hits, std::span<const Hit> reference);
+/// Rays whose hits differ, by kind. Each ray counts once, for the first kind that applies.
+struct Disagreements {
+  std::uint64_t found = 0;      ///< One tracer hits and the other misses, or it failed.
+  std::uint64_t distance = 0;   ///< The distances differ by more than the tolerance.
+  std::uint64_t instance = 0;   ///< Same distance, other instance.
+  std::uint64_t primitive = 0;  ///< Same distance and instance, other geometry or primitive: an edge's other triangle.
+
+  friend bool operator==(const Disagreements&, const Disagreements&) = default;
+};
+
+/// Hits of one tracer.
+struct HitList {
+  std::span<const Hit> hits;
+  /// The id of each hit's outermost instance. Empty: not known, or the scene has no instances.
+  std::span<const std::uint32_t> instances;
+};
+
+/// Compares ray by ray. Instances are compared if both lists have them. With @p any_hit only `found` is counted.
+/// @param reach the scene's largest coordinate.
+Disagreements find_disagreements(const HitList& list, const HitList& reference, bool any_hit, float reach);
 
 }  // namespace hiprt::bench

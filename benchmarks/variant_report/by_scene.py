@@ -95,7 +95,7 @@ def features_text(runs):
 
 
 def by_scene_text(runs, peers):
-    tables = [against_text(runs, name, peers.references[name]) for name in ["best HIPRT", "OptiX"]]
+    tables = [against_text(runs, name, peers.references[name]) for name in peers.references if name != "best peer"]
     tables = [text for text in [*tables, bytes_text(runs), fast_text(runs), features_text(runs)] if text != MISSING]
     measured = {row.axes["schedule"] for row in runs.rows.values()}
     schedule = next((schedule for schedule in USUAL_SCHEDULES if schedule in measured), USUAL_SCHEDULES[0])

@@ -16,8 +16,8 @@ def save(figure, folder, name):
         raise InputError(f"{name}.svg: cannot be drawn: {error}") from error
 
 
-def plot_scene(plt, runs, scene, folder, most):
-    """Draws bars: Mrays/s by kind of the best variants of a scene."""
+def plot_scene(plt, runs, scene, folder, most, lines):
+    """Draws bars: Mrays/s by kind of the best variants of a scene. lines: name -> speeds, drawn as dashed lines."""
     kinds = runs.kinds(scene)
     rows = [row for row in runs.rows.values() if any(cell[0] == scene for cell in row.speeds)]
     rows.sort(key=lambda row: -geometric_mean(v for cell, v in row.speeds.items() if cell[0] == scene))
@@ -27,6 +27,10 @@ def plot_scene(plt, runs, scene, folder, most):
     for axis, kind in zip(axes[0], kinds):
         colors = ["tab:blue" if row.axes["tests"] == "accurate" else "tab:orange" for row in rows]
         axis.barh([row.name() for row in rows], [row.speeds.get((scene, kind), 0) for row in rows], color=colors)
+        for (name, speeds), colour in zip(lines.items(), ["black", "gray"]):
+            if (scene, kind) in speeds:
+                axis.axvline(speeds[(scene, kind)], color=colour, linewidth=1, linestyle="--", label=name)
+                axis.legend(fontsize=6, loc="lower right")
         axis.set_title(kind)
         axis.set_xlabel("Mrays/s")
         axis.tick_params(axis="y", labelsize=7)
@@ -116,12 +120,12 @@ def load_pyplot(script):
     return pyplot
 
 
-def plot_all(runs, folder, most):
+def plot_all(runs, folder, most, lines):
     plt = load_pyplot("plot_variants.py")
     if plt is None:
         return
     for scene in runs.scenes():
-        plot_scene(plt, runs, scene, folder, most)
+        plot_scene(plt, runs, scene, folder, most, lines)
     plot_accuracy(plt, runs, folder)
     if runs.scenes():
         plot_memory(plt, runs, folder)

@@ -3,9 +3,12 @@
 import math
 
 from .json_file import load
+from .ray_cores import without_ray_cores
 
 KINDS = ["primary", "ao", "shadow", "diffuse", "diffuse2"]
 ANY_KINDS = {"ao", "shadow"}
+# The group of peers that bench_variants measures beside its variants.
+VULKAN = "vulkan"
 # Behind the kind of rays whose query is for all hits.
 ALL_HITS = " all"
 ROW_AXES = ["layout", "tests", "stack", "schedule", "order", "features", "blocks", "answers"]
@@ -143,20 +146,40 @@ class Runs:
 class Peers:
     """Speeds of other libraries, by scene and kind."""
 
-    def __init__(self, path):
-        file = load(path, "hiprt peers 1", "peers' figures")
-        self.gpu = file.name("gpu")
-        self.method = file.text("method")
-        self.peers = []
-        for part in file.members("peers"):
-            speeds = {(scene, kind): speeds.number(kind, positive=True)
-                      for scene, speeds in part.member("mrays_s").items() for kind in speeds.expect("an object")}
-            self.peers.append({**{key: part.text(key) for key in ["name", "group", "source"]}, "speeds": speeds})
+    def __init__(self, *paths):
+        self.gpus, self.methods, self.peers = [], [], []
+        for path in paths:
+            self.read(path)
+        self.gpu = " and ".join(dict.fromkeys(self.gpus))
+        self.method = "\n\n".join(self.methods)
         self.references = {
             "best HIPRT": self.best({"hiprt"}),
             "OptiX": self.best({"optix"}),
             "best peer": self.best({peer["group"] for peer in self.peers}),
         }
+        self.references |= self.vulkan()
+
+    def read(self, path):
+        file = load(path, "hiprt peers 1", "peers' figures")
+        self.gpus.append(file.name("gpu"))
+        self.methods.append(file.text("method"))
+        for part in file.members("peers"):
+            speeds = {(scene, kind): speeds.number(kind, positive=True)
+                      for scene, speeds in part.member("mrays_s").items() for kind in speeds.expect("an object")}
+            peer = {**{key: part.text(key) for key in ["name", "group", "source"]}, "speeds": speeds}
+            if peer["group"] == VULKAN:
+                peer["source"] += without_ray_cores(self.gpus[-1])
+            self.peers.append(peer)
+
+    def yardstick(self, runs):
+        """@return the name of the first library that has a cell of the runs."""
+        cells = runs.cells()
+        found = [name for name, speeds in self.references.items() if name != "best peer" and cells & speeds.keys()]
+        return found[0] if found else next(iter(self.references))
+
+    def vulkan(self):
+        """@return the speeds of Vulkan's modes, by name."""
+        return {peer["name"]: peer["speeds"] for peer in self.peers if peer["group"] == VULKAN}
 
     def best(self, groups):
         cells = {}

@@ -1,6 +1,5 @@
 """The summary in Markdown."""
 
-import math
 import os
 
 from .by_scene import FEATURES, MISSING, by_scene_text, scene_columns
@@ -27,21 +26,23 @@ def provenance_text(runs):
 def ranking_text(runs, peers):
     """Compares every variant with the peers, the best first."""
     ranked = []
-    hiprt = peers.references["best HIPRT"]
-    kinds = [kind for kind in runs.kinds() if any(cell[1] == kind for cell in hiprt)]
+    yardstick = peers.yardstick(runs)
+    speeds = peers.references[yardstick]
+    kinds = [kind for kind in runs.kinds() if any(cell[1] == kind for cell in speeds)]
     for row in runs.rows.values():
-        means = [geometric_mean(row.ratios(reference).values()) for reference in peers.references.values()]
-        if math.isnan(means[0]):
+        ratios = row.ratios(speeds)
+        if not ratios:
             continue
-        by_kind = [geometric_mean(row.ratios(hiprt, {kind}).values()) for kind in kinds]
-        ranked.append((len(row.ratios(hiprt)), means, by_kind, row))
-    ranked.sort(key=lambda entry: (-entry[0], -entry[1][0]))
+        means = [geometric_mean(row.ratios(reference).values()) for reference in peers.references.values()]
+        by_kind = [geometric_mean(row.ratios(speeds, {kind}).values()) for kind in kinds]
+        ranked.append((len(ratios), geometric_mean(ratios.values()), means, by_kind, row))
+    ranked.sort(key=lambda entry: (-entry[0], -entry[1]))
     if not ranked:
         return "None of the peers' scenes was measured.\n"
     head = ["variant", "cells"] + [f"x {name}" for name in peers.references]
-    head += [f"{kind} x best HIPRT" for kind in kinds]
+    head += [f"{kind} x {yardstick}" for kind in kinds]
     rows = [[row.name(), cells] + [number(mean, 3) for mean in means + by_kind]
-            for cells, means, by_kind, row in ranked]
+            for cells, _, means, by_kind, row in ranked]
     return table(head, rows)
 
 
@@ -49,7 +50,7 @@ def best_row(runs, peers, kinds):
     """The accurate variant with the best geometric mean over the cells of these kinds."""
     best, best_key = None, (0, 0.0)
     for row in runs.rows.values():
-        ratios = row.ratios(peers.references["best HIPRT"], kinds)
+        ratios = row.ratios(peers.references[peers.yardstick(runs)], kinds)
         if row.axes["tests"] != "accurate" or not ratios:
             continue
         key = (len(ratios), geometric_mean(ratios.values()))
@@ -88,7 +89,7 @@ def one_cell_table(runs, peers, speeds):
     means = []
     for reference in peers.references.values():
         means.append(geometric_mean(speed / reference[cell] for cell, speed in speeds.items() if cell in reference))
-    shared = sum(cell in peers.references["OptiX"] for cell in speeds)
+    shared = sum(cell in peers.references["best peer"] for cell in speeds)
     if shared:
         rows.append([f"**geometric mean of {shared} cells**", ""] + [f"**{number(mean)}**" for mean in means])
     return table(["cell", "Mrays/s"] + [f"x {name}" for name in peers.references], rows)

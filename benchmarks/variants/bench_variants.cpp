@@ -40,11 +40,12 @@ Exit status: 0; 1 when something failed or an exact variant has other results; 2
 )";
 
 struct CommandLine {
-  std::string device, scenes_folder, camera, pixels = "rows", json, markdown, commit = HIPRT_BENCH_COMMIT;
+  std::string device, scenes_folder, camera, pixels = "rows", json, markdown, vulkan_json, commit = HIPRT_BENCH_COMMIT;
   std::vector<std::string> scenes, trees, rays;
   unsigned cpu_rays = 200'000;
   bool list = false, help = false;
   SessionOptions session;
+  VulkanOptions vulkan;
 };
 
 std::vector<Flag> make_flags(CommandLine& line) {
@@ -67,8 +68,11 @@ std::vector<Flag> make_flags(CommandLine& line) {
       number_flag("cpu-rays", "rays of each kind on a CPU, about", line.cpu_rays, 1, 1u << 30),
       text_flag("json", "FILE", "writes all figures as JSON", line.json),
       text_flag("markdown", "FILE", "writes the tables to a file too", line.markdown),
+      text_flag("vulkan-json", "FILE", "measures Vulkan too, and writes its speeds in the form of benchmarks/peers",
+                line.vulkan_json),
       text_flag("commit", "TEXT", "commit of the sources, for the JSON (the commit when CMake ran)", line.commit),
   };
+  for (Flag& flag : line.vulkan.flags()) flags.push_back(std::move(flag));
   for (std::size_t i = 0; i < kAxes.size(); ++i)
     flags.push_back(
         list_flag(kAxes[i].flag, "VALUE,...", "only variants with these values (all; see --list)", session.values[i]));
@@ -140,16 +144,37 @@ int fail(const std::string& message, int status) {
   return status;
 }
 
+/// Opens Vulkan's device if the command line asks for one. Without a device it prints the reason.
+std::unique_ptr<VulkanPeers> open_vulkan_peers(const Engine& engine, CommandLine& line) {
+  if (line.vulkan_json.empty()) return nullptr;
+  auto machine = open_chosen(line.vulkan, engine.describe()["kind"] == "gpu");
+  if (machine && *machine != nullptr) return std::make_unique<VulkanPeers>(std::move(*machine), line.vulkan.modes);
+  std::cerr << "bench_variants: Vulkan is not measured: "
+            << (machine ? "on a CPU --vulkan must name its modes" : machine.error().message) << "\n";
+  return nullptr;
+}
+
+/// @return whether the file was written, if there are figures for it.
+bool write_peers(const VulkanPeers* peers, const CommandLine& line, const nlohmann::json& context) {
+  if (peers == nullptr) return true;
+  for (const std::string& note : peers->notes()) std::cerr << "bench_variants: " << note << "\n";
+  return peers->empty() ||
+         write_text(line.vulkan_json, peers->to_json(context, line.session.repetitions).dump(1) + "\n");
+}
+
 int measure(Engine& engine, CommandLine& line, const std::string& command) {
   if (auto chosen = choose_files(line); !chosen) return fail(chosen.error().message, kFailure);
   const nlohmann::json context = make_context(line, command);
+  const std::unique_ptr<VulkanPeers> vulkan = open_vulkan_peers(engine, line);
+  line.session.vulkan = vulkan.get();
   const auto report =
       run_session(engine, line.session, [](const std::string& text) { std::cerr << text << std::endl; });
   if (!report) return fail(report.error().message, kFailure);
   const std::string text = tables(engine, *report);
   std::cout << text << std::flush;
   for (const std::string& fault : report->faults) std::cerr << "bench_variants: wrong result: " << fault << "\n";
-  if (!write_text(line.json, to_json(engine, *report, context).dump(1) + "\n") || !write_text(line.markdown, text))
+  if (!write_text(line.json, to_json(engine, *report, context).dump(1) + "\n") || !write_text(line.markdown, text) ||
+      !write_peers(vulkan.get(), line, context))
     return kFailure;
   if (report->results.empty()) return fail("nothing was measured: no variant fits trees, rays and flags", kFailure);
   return report->faults.empty() ? 0 : kFailure;

@@ -61,8 +61,9 @@ class Session {
     if (auto loaded = load_scene_rays(*tree); !loaded) return loaded;
     if (auto set = engine_.set_tree(*tree); !set) return set;
     report_.trees.push_back(record_of(*tree));
+    const bool vulkan = options_.vulkan != nullptr && options_.vulkan->set_tree(*tree);
     for (const RayBuffer& rays : rays_)
-      if (auto done = run_rays(*tree, rays); !done) return done;
+      if (auto done = run_rays(*tree, rays, vulkan); !done) return done;
     return {};
   }
 
@@ -97,7 +98,7 @@ class Session {
     return {};
   }
 
-  build::Result<void> run_rays(const Tree& tree, const RayBuffer& rays) {
+  build::Result<void> run_rays(const Tree& tree, const RayBuffer& rays, bool vulkan) {
     if (auto set = engine_.set_rays(rays); !set) return set;
     HostResultsByQuery hosts;
     const FileHeader& header = *tree.view.header;
@@ -113,6 +114,11 @@ class Session {
       if (!host) host.emplace(tree, engine_.rays(), variant.query);
       run_variant(i, rays, *host);
       ++measured;
+    }
+    if (vulkan) {
+      auto& host = hosts[static_cast<std::size_t>(rays.any_hit ? Query::kAny : Query::kClosest)];
+      if (!host) host.emplace(tree, engine_.rays(), rays.any_hit ? Query::kAny : Query::kClosest);
+      options_.vulkan->run(rays, engine_.rays(), *host, options_.repetitions);
     }
     progress_(tree.path.filename().string() + ", " + rays.kind + ": " + std::to_string(engine_.rays().size()) +
               " rays, " + std::to_string(measured) + " variants");

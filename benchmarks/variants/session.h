@@ -2,6 +2,7 @@
 /// Runs variants over trees and rays and checks their results.
 
 #include "engine.h"
+#include "vulkan_peers.h"
 
 #include <functional>
 #include <string>
@@ -17,6 +18,7 @@ struct SessionOptions {
   std::filesystem::path camera_file;             ///< For scenes without ray files.
   Picture picture;
   Repetitions repetitions;
+  VulkanPeers* vulkan = nullptr;  ///< nullptr: not measured.
 };
 
 /// A tree without its bytes.

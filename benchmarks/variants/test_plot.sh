@@ -45,6 +45,24 @@ fi
 # The same figures give the same pictures.
 if ! diff -r -x variants.md "$work/compressed" "$work/out"; then fault "the same figures give other pictures"; fi
 
+# A second file of peers: Vulkan. The variants have twice HIPRT's 2963 Mrays/s of sponza's primary rays.
+cat >"$work/vulkan.json" <<'JSON'
+{"format": "hiprt peers 1", "gpu": "NVIDIA H100 80GB HBM3", "method": "Vulkan, made up.", "peers": [
+  {"name": "Vulkan, fast trace", "group": "vulkan", "source": "made up",
+   "mrays_s": {"sponza": {"primary": 1481.5}, "moon": {"ao": 1}}}]}
+JSON
+expect 0 "" python3 -B "$plot" "$source/variants/test_data/made_up.json" --output "$work/vulkan" \
+  --peers "$source/peers/h200.json" "$work/vulkan.json"
+holds "$work/vulkan/variants.md" '## Against NVIDIA H200 and NVIDIA H100 80GB HBM3 peers' \
+  '| x Vulkan, fast trace |' '| sponza primary | 5926 | 2.00 | 3.80 | 1.31 | 4.00 |' \
+  '- Vulkan, fast trace: made up; no RT cores' 'Vulkan, made up.'
+if python3 -c 'import matplotlib' 2>/dev/null; then holds "$work/vulkan/variants_sponza.svg" 'Vulkan, fast trace'; fi
+# Vulkan alone: variants are compared with it.
+expect 0 "" python3 -B "$plot" "$source/variants/test_data/made_up.json" --output "$work/alone" \
+  --peers "$work/vulkan.json"
+holds "$work/alone/variants.md" '| planes accurate private batch16 usual masks 64x14 | 1 |' \
+  '| primary x Vulkan, fast trace |' '| **geometric mean of 1 cells** |'
+
 # says STATUS TEXT ARGUMENT...: expects the exit status and one line with the text, and that nothing is written.
 says() {
   local status=$1 text=$2
@@ -151,10 +169,12 @@ says 2 'unrecognized arguments: --unknown' "$made_up" --unknown
 
 # The stored summaries are made from the stored figures. (The plots depend on the version of matplotlib.)
 for file in "$source"/results/*/variants.json.xz; do
-  if ! python3 -B -c 'import sys
+  if ! python3 -B -c 'import os, sys
 sys.path.insert(0, sys.argv[1])
 from variant_report import runs, summary
-sys.stdout.write(summary.summary(runs.Runs([sys.argv[2]]), runs.Peers(sys.argv[1] + "/peers/h200.json")))' \
+peers = [sys.argv[1] + "/peers/h200.json", os.path.dirname(sys.argv[2]) + "/vulkan.json"]
+found = runs.Peers(*filter(os.path.exists, peers))
+sys.stdout.write(summary.summary(runs.Runs([sys.argv[2]]), found))' \
     "$source" "$file" | diff - "$(dirname "$file")/variants.md"; then
     fault "$(dirname "$file")/variants.md is not that of variants.json.xz"
   fi

@@ -32,19 +32,19 @@ Joined join(std::span<const std::vector<build::TriangleMesh>> objects) {
 
 }  // namespace
 
-build::Result<Scene> Scene::make(Device& device, Preference preference,
-                                 std::span<const std::vector<build::TriangleMesh>> objects,
-                                 std::span<const build::Instance> instances) {
+build::Result<Scene> Scene::make(Device& device, const VulkanInput& input) {
   Scene scene;
   scene.device_ = &device;
-  scene.instances_.assign(instances.begin(), instances.end());
-  if (auto done = scene.copy_meshes(objects); !done) return tl::unexpected(std::move(done.error()));
-  auto bottom = Structures::make(device, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, preference,
-                                 scene.bottom_inputs(objects));
+  scene.instances_.assign(input.instances.begin(), input.instances.end());
+  const BuildFlags flags{input.mode == "fast_build" ? Preference::kFastBuild : Preference::kFastTrace,
+                         input.compactable};
+  if (auto done = scene.copy_meshes(input.objects); !done) return tl::unexpected(std::move(done.error()));
+  auto bottom = Structures::make(device, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, flags,
+                                 scene.bottom_inputs(input.objects));
   if (!bottom) return tl::unexpected(std::move(bottom.error()));
   scene.bottom_ = std::move(*bottom);
-  if (auto done = scene.make_top(preference); !done) return tl::unexpected(std::move(done.error()));
-  scene.built_bytes_ = scene.bytes();
+  if (auto done = scene.make_top(flags); !done) return tl::unexpected(std::move(done.error()));
+  scene.built_bytes_ = scene.bytes().now;
   scene.scratch_bytes_ = std::max(scene.bottom_.scratch_bytes(), scene.top_.scratch_bytes());
   return scene;
 }
@@ -89,7 +89,7 @@ std::vector<Structures::Input> Scene::bottom_inputs(std::span<const std::vector<
   return inputs;
 }
 
-build::Result<void> Scene::make_top(Preference preference) {
+build::Result<void> Scene::make_top(BuildFlags flags) {
   auto records = Buffer::make(*device_, instances_.size() * sizeof(VkAccelerationStructureInstanceKHR),
                               kInput | VK_BUFFER_USAGE_TRANSFER_DST_BIT, Buffer::Where::kDevice);
   if (!records) return tl::unexpected(std::move(records.error()));
@@ -100,7 +100,7 @@ build::Result<void> Scene::make_top(Preference preference) {
       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR);
   data.data.deviceAddress = records_.address();
   geometry.geometry.instances = data;
-  auto top = Structures::make(*device_, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, preference,
+  auto top = Structures::make(*device_, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, flags,
                               {{{geometry}, {static_cast<std::uint32_t>(instances_.size())}}});
   if (!top) return tl::unexpected(std::move(top.error()));
   top_ = std::move(*top);
@@ -127,15 +127,15 @@ build::Result<void> Scene::write_instances() {
   return {};
 }
 
-build::Result<SceneSeconds> Scene::build() {
+build::Result<VulkanSeconds> Scene::build() {
   const auto objects = bottom_.build();
   if (!objects) return tl::unexpected(objects.error());
   const auto instances = top_.build();
   if (!instances) return tl::unexpected(instances.error());
-  return SceneSeconds{*objects, *instances};
+  return VulkanSeconds{*objects, *instances};
 }
 
-build::Result<SceneSeconds> Scene::compact() {
+build::Result<VulkanSeconds> Scene::compact() {
   const auto objects = bottom_.compact();
   if (!objects) return tl::unexpected(objects.error());
   // The objects have other addresses now.
@@ -147,7 +147,7 @@ build::Result<SceneSeconds> Scene::compact() {
   top_.free_scratch();
   positions_ = {};
   triangles_ = {};
-  return SceneSeconds{*objects, *instances};
+  return VulkanSeconds{*objects, *instances};
 }
 
 }  // namespace hiprt::bench::vulkan

@@ -64,12 +64,12 @@ void StructureSet::swap(StructureSet& other) noexcept {
   std::swap(bytes_, other.bytes_);
 }
 
-build::Result<Structures> Structures::make(Device& device, VkAccelerationStructureTypeKHR type, Preference preference,
+build::Result<Structures> Structures::make(Device& device, VkAccelerationStructureTypeKHR type, BuildFlags flags,
                                            std::vector<Input> inputs) {
   Structures result;
   result.device_ = &device;
   result.type_ = type;
-  result.preference_ = preference;
+  result.flags_ = flags;
   result.inputs_ = std::move(inputs);
   std::vector<std::uint64_t> sizes;
   if (auto done = result.measure(sizes); !done) return tl::unexpected(std::move(done.error()));
@@ -130,9 +130,10 @@ VkAccelerationStructureBuildGeometryInfoKHR Structures::info(std::size_t i) cons
   auto result = structure<VkAccelerationStructureBuildGeometryInfoKHR>(
       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR);
   result.type = type_;
-  result.flags = VkBuildAccelerationStructureFlagsKHR{VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR} |
-                 (preference_ == Preference::kFastBuild ? VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR
-                                                        : VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR);
+  result.flags = flags_.preference == Preference::kFastBuild
+                     ? VkBuildAccelerationStructureFlagsKHR{VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR}
+                     : VkBuildAccelerationStructureFlagsKHR{VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR};
+  if (flags_.compactable) result.flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
   result.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
   result.geometryCount = static_cast<std::uint32_t>(inputs_[i].geometries.size());
   result.pGeometries = inputs_[i].geometries.data();

@@ -9,6 +9,11 @@ namespace hiprt::bench::vulkan {
 
 enum class Preference { kFastBuild, kFastTrace };
 
+struct BuildFlags {
+  Preference preference = Preference::kFastTrace;
+  bool compactable = true;  ///< Whether compact() will be called.
+};
+
 /// Acceleration structures that share a buffer.
 class StructureSet {
  public:
@@ -45,12 +50,13 @@ class Structures {
 
   Structures() = default;
   /// Allocates all memory. The device and the memory of the inputs must outlive the structures.
-  static build::Result<Structures> make(Device& device, VkAccelerationStructureTypeKHR type, Preference preference,
+  static build::Result<Structures> make(Device& device, VkAccelerationStructureTypeKHR type, BuildFlags flags,
                                         std::vector<Input> inputs);
 
   /// Builds, and replaces what the last call built. @pre compact() has not been called. @return seconds.
   build::Result<double> build();
-  /// Copies the structures into less memory and frees the larger ones. @return seconds of the copies.
+  /// Copies the structures into less memory and frees the larger ones. @pre they are compactable. @return seconds of
+  /// the copies.
   build::Result<double> compact();
   /// Frees the memory that only build() needs.
   void free_scratch() { scratch_ = {}; }
@@ -73,7 +79,7 @@ class Structures {
 
   Device* device_ = nullptr;
   VkAccelerationStructureTypeKHR type_{};
-  Preference preference_{};
+  BuildFlags flags_{};
   std::vector<Input> inputs_;
   std::vector<std::uint64_t> scratch_sizes_, scratch_begins_;  ///< Of each structure, in its batch.
   std::vector<Batch> batches_;

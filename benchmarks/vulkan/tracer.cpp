@@ -46,23 +46,25 @@ build::Result<void> Tracer::reserve(std::size_t rays) {
   return {};
 }
 
-build::Result<double> Tracer::trace(const Scene& scene, bool any_hit, std::span<const Ray> rays) {
+build::Result<std::vector<double>> Tracer::trace(const Scene& scene, bool any_hit, std::span<const Ray> rays,
+                                                 unsigned times) {
   const std::size_t most = std::min(kMostRays, static_cast<std::size_t>(device_->facts().buffer_range / sizeof(Ray)));
   hits_.resize(rays.size());
   if (auto done = reserve(std::min(most, rays.size())); !done) return tl::unexpected(std::move(done.error()));
-  double seconds = 0;
+  std::vector<double> seconds(times);
   for (std::size_t begin = 0; begin < rays.size(); begin += most) {
     const std::size_t count = std::min(most, rays.size() - begin);
-    auto part = trace_part(scene, any_hit ? any_ : closest_, rays.subspan(begin, count),
-                           std::span(hits_).subspan(begin, count));
-    if (!part) return part;
-    seconds += *part;
+    if (auto part = trace_part(scene, any_hit ? any_ : closest_, rays.subspan(begin, count),
+                               std::span(hits_).subspan(begin, count), seconds);
+        !part)
+      return tl::unexpected(std::move(part.error()));
   }
   return seconds;
 }
 
-build::Result<double> Tracer::trace_part(const Scene& scene, Pipeline& pipeline, std::span<const Ray> rays,
-                                         std::span<VulkanHit> hits) {
+/// Adds to @p seconds, one for each time.
+build::Result<void> Tracer::trace_part(const Scene& scene, Pipeline& pipeline, std::span<const Ray> rays,
+                                       std::span<VulkanHit> hits, std::span<double> seconds) {
   const auto copy = [&](const Buffer& from, const Buffer& to, std::size_t bytes) {
     return device_->run([&](VkCommandBuffer commands) {
       const VkBufferCopy all{0, 0, bytes};
@@ -71,16 +73,21 @@ build::Result<double> Tracer::trace_part(const Scene& scene, Pipeline& pipeline,
     });
   };
   std::memcpy(host_rays_.mapped(), rays.data(), rays.size_bytes());
-  if (auto copied = copy(host_rays_, rays_, rays.size_bytes()); !copied) return copied;
+  if (auto copied = copy(host_rays_, rays_, rays.size_bytes()); !copied)
+    return tl::unexpected(std::move(copied.error()));
   pipeline.bind(scene.top(), rays_, results_);
-  auto seconds = device_->run([&](VkCommandBuffer commands) {
-    pipeline.dispatch(commands, static_cast<std::uint32_t>(rays.size()));
-    device_->barrier(commands);
-  });
-  if (!seconds) return seconds;
-  if (auto copied = copy(results_, host_results_, hits.size_bytes()); !copied) return copied;
+  for (double& time : seconds) {
+    const auto ran = device_->run([&](VkCommandBuffer commands) {
+      pipeline.dispatch(commands, static_cast<std::uint32_t>(rays.size()));
+      device_->barrier(commands);
+    });
+    if (!ran) return tl::unexpected(ran.error());
+    time += *ran;
+  }
+  if (auto copied = copy(results_, host_results_, hits.size_bytes()); !copied)
+    return tl::unexpected(std::move(copied.error()));
   std::memcpy(hits.data(), host_results_.mapped(), hits.size_bytes());
-  return seconds;
+  return {};
 }
 
 }  // namespace hiprt::bench::vulkan

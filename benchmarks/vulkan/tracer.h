@@ -4,21 +4,9 @@
 #include "pipeline.h"
 #include "scene.h"
 
-#include <hiprt_device/ray.h>
-
 #include <memory>
 
 namespace hiprt::bench::vulkan {
-
-/// A hit as Vulkan reports it.
-struct VulkanHit {
-  float t;                 ///< Infinity: a miss. For any hit: 0 at a hit.
-  std::uint32_t instance;  ///< Its number among the scene's instances.
-  std::uint32_t geometry;  ///< Mesh of the instance's object.
-  std::uint32_t primitive;
-
-  bool found() const { return primitive != kInvalidId; }
-};
 
 /// Buffers and pipelines for all scenes of a device.
 class Tracer {
@@ -26,14 +14,14 @@ class Tracer {
   static build::Result<Tracer> make(std::shared_ptr<Device> device);
 
   Device& device() const { return *device_; }
-  /// Traces rays[i] and keeps the result in hits()[i]. @return seconds, without copies.
-  build::Result<double> trace(const Scene& scene, bool any_hit, std::span<const Ray> rays);
+  /// Traces rays[i] @p times and keeps the last result in hits()[i]. @return seconds of each time, without copies.
+  build::Result<std::vector<double>> trace(const Scene& scene, bool any_hit, std::span<const Ray> rays, unsigned times);
   std::span<const VulkanHit> hits() const { return hits_; }
 
  private:
   build::Result<void> reserve(std::size_t rays);
-  build::Result<double> trace_part(const Scene& scene, Pipeline& pipeline, std::span<const Ray> rays,
-                                   std::span<VulkanHit> hits);
+  build::Result<void> trace_part(const Scene& scene, Pipeline& pipeline, std::span<const Ray> rays,
+                                 std::span<VulkanHit> hits, std::span<double> seconds);
 
   std::shared_ptr<Device> device_;
   Pipeline closest_, any_;

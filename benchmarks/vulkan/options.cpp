@@ -1,4 +1,4 @@
-#include "vulkan_machine.h"
+#include "machine.h"
 
 namespace hiprt::bench {
 
