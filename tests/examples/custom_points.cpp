@@ -9,11 +9,9 @@ struct Crates {  // Solid boxes: a point inside is at distance 0.
   const hiprt::Box* crates;
   HIPRT_HD hiprt::CustomPoint closest(const hiprt::PointInObject& at, std::uint32_t i) const {
     const auto& [low, high] = crates[i];
-    hiprt::CustomPoint near;
-    near.point = glm::clamp(at.point, {low[0], low[1], low[2]}, {high[0], high[1], high[2]});
-    const hiprt::Vec3D away = at.point - near.point;
-    near.squared = glm::dot(away, away);
-    return near;
+    const auto point = glm::clamp(at.point, {low[0], low[1], low[2]}, {high[0], high[1], high[2]});
+    const hiprt::Vec3D away = at.point - point;
+    return {.squared = glm::dot(away, away), .point = point};
   }
 };
 
