@@ -8,9 +8,9 @@
 #include <tools/cli/progress.h>
 #include <tools/cli/trace/trace_records.h>
 #include <tools/query/query_command.h>
+#include <tools/query/write_results.h>
 #include <tools/render/image/image_write.h>
 #include <tools/render/tracers/tracer.h>
-#include <tools/scene_io/rays_file.h>
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/winding.h>
@@ -24,7 +24,6 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
-#include <span>
 #include <sstream>
 #include <utility>
 
@@ -47,7 +46,7 @@ constexpr ToolInfo kInfo{
     "  overlaps     all triangles that touch a sphere or box, in the order of their numbers\n"
     "  any-overlap  one triangle that touches a sphere (the closest) or box\n"
     "\n"
-    "Files, all little-endian:\n"
+    "Files, all little-endian. Files may also be arrays of numpy, .npy: see below.\n"
     "  points   u32 count, u32 3, count x 3 float32 {x, y, z}\n"
     "  spheres  u32 count, u32 4, count x 4 float32 {x, y, z, radius}\n"
     "  boxes    u32 count, u32 6, count x 6 float32 {min, max}\n"
@@ -60,6 +59,13 @@ constexpr ToolInfo kInfo{
     "A record of overlaps and any-overlap is the u32 primitive. A record of inside is a u32: 1 inside, 0 outside.\n"
     "Primitives and paths are numbered as by bvhtrace. Queries that are not finite find nothing.\n"
     "\n"
+    "Arrays of numpy: points, spheres and boxes are float32 or float64 of the shape (n, 3), (n, 4) or (n, 6). An "
+    "output\n"
+    "that ends in .npy is an array of records with the fields distance, point, u, v, primitive and feature, or of\n"
+    "numbers. Lists are one array, with the number of the query as first field. Paths have the fields instance and "
+    "id.\n"
+    "float64 is rounded to float32, boxes outwards.\n"
+    "\n"
     "--slice draws the distances on a plane: orange outside, blue inside, the surface in white, and lines of equal\n"
     "distance. EXR files have the distance (Z), the closest point (P) and the primitive (id.primitive) as layers.",
     "  bvhquery scene.bvh --points probes.points -o out.results                            # the closest points\n"
@@ -68,6 +74,7 @@ constexpr ToolInfo kInfo{
     "  bvhquery scene.bvh --points probes.points -o out.lists --query within --max-distance 0.1\n"
     "  bvhquery scene.bvh --boxes voxels.boxes -o out.lists                                # triangles of each voxel\n"
     "  bvhquery forest.bvh --spheres balls.spheres -o out.lists --paths out.paths          # in which instances\n"
+    "  bvhquery scene.bvh --points probes.npy -o out.npy                                   # arrays of numpy\n"
     "  bvhquery scan.bvh --points probes.points -o out.results --query inside --sign winding\n"
     "  bvhquery scene.bvh --slice z=0.5 -o field.png                                       # a distance field\n"};
 
@@ -103,22 +110,6 @@ std::string speed_text(const nlohmann::json& told) {
   std::ostringstream text;
   text << told["mqueries_per_second"].get<double>() << " Mqueries/s (cpu " << trace_isa() << ")\n";
   return text.str();
-}
-
-build::Result<void> write_all(const QueryCommand& command, const SceneView& scene, const QueryResults& results,
-                              std::size_t queries) {
-  if (!command.paths.empty() && results.records() > 0xffffffffu)
-    return tl::unexpected(build::Error{
-        build::ErrorCode::kTooLarge,
-        command.paths + ": " + std::to_string(results.records()) + " results, a path file holds at most 4294967295"});
-  const auto records =
-      results.points.empty() ? std::as_bytes(std::span{results.numbers}) : std::as_bytes(std::span{results.points});
-  auto written = results.each == 0
-                     ? write_lists(command.output, results.first, records)
-                     : write_results(command.output, static_cast<std::uint32_t>(queries), results.each, records);
-  if (!written || command.paths.empty()) return written;
-  return write_paths(command.paths, static_cast<std::uint32_t>(results.records()), scene.levels,
-                     path_records(scene, results.paths));
 }
 
 build::Result<void> run_batch(const Cli& cli, const QueryCommand& command, const SceneView& scene,
