@@ -12,7 +12,9 @@
 #include <tools/scene_io/rays_file.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -285,4 +287,56 @@ TEST_CASE("bvhquery: files do not depend on the number of threads; no queries an
   empty.points({0, 0, 0});
   CHECK(empty.ask("nearest").points.at(7).primitive == kInvalidId);
   CHECK(empty.ask("inside").numbers == std::vector<std::uint32_t>{0});
+}
+
+namespace {
+
+using Walk = std::vector<std::array<float, 4>>;
+
+/// Points with radii, in small and large steps, and back to where they were.
+Walk random_walk(Random& random, float offset) {
+  Walk walk(600);
+  std::array<float, 4> at{offset, 0, 0, 1};
+  for (std::size_t i = 0; i < walk.size(); ++i) {
+    const auto step = random.in_cube(random.log_uniform(1e-9, 2.0));
+    for (std::size_t k = 0; k < 3; ++k) at[k] += i % 50 == 49 ? -10 * step[k] : step[k];
+    at[3] = static_cast<float>(random.log_uniform(1e-3, 10));
+    walk[i] = i % 97 == 96 ? walk[i / 2] : at;
+  }
+  return walk;
+}
+
+/// @param width 3: points, 4: spheres. @param nearest 0: the closest.
+ResultFile ask_walk(QueryRuns& runs, const Walk& walk, unsigned width, unsigned nearest) {
+  std::vector<float> values;
+  for (const auto& at : walk) values.insert(values.end(), at.begin(), at.begin() + width);
+  width == 3 ? runs.points(values) : runs.spheres(values);
+  return nearest == 0 ? runs.ask("closest") : runs.ask("nearest", {"-k", std::to_string(nearest)});
+}
+
+}  // namespace
+
+TEST_CASE("bvhquery: results do not depend on the order of the queries") {
+  constexpr std::uint64_t kSeed = 20271201;
+  for (const float offset : {0.0f, 1e6f}) {
+    const TempFolder folder;
+    Soup soup(kSeed);
+    for (auto& p : soup.mesh.positions) p[0] += offset;
+    QueryRuns runs(folder, soup.build(folder, "sbvh"));
+    const Walk walk = random_walk(soup.random, offset);
+    std::vector<std::uint32_t> order(walk.size());
+    Walk shuffled(walk.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+    for (auto i = static_cast<std::uint32_t>(order.size()); i-- > 1;)
+      std::swap(order[i], order[soup.random.below(i + 1)]);
+    for (std::size_t i = 0; i < order.size(); ++i) shuffled[i] = walk[order[i]];
+    for (const unsigned width : {3u, 4u})
+      for (const unsigned nearest : {0u, 1u, 3u, 60u, 100u}) {
+        const ResultFile a = ask_walk(runs, walk, width, nearest), b = ask_walk(runs, shuffled, width, nearest);
+        INFO("seed " << kSeed << ", offset " << offset << ", width " << width << ", nearest " << nearest);
+        const std::size_t bytes = a.each * sizeof(tools::PointRecord);
+        for (std::size_t i = 0; i < order.size(); ++i)
+          REQUIRE(std::memcmp(&b.points[i * b.each], &a.points[order[i] * a.each], bytes) == 0);
+      }
+  }
 }
