@@ -154,7 +154,7 @@ TEST_CASE("Arrays of numpy: hostile headers are refused with the byte") {
 TEST_CASE("Arrays of numpy: what is written begins at a multiple of 64 bytes and has the fields of records") {
   const TempFolder folder;
   const std::vector<std::uint32_t> numbers{5, 6, 7};
-  const auto written = [&](const char* type, std::vector<std::uint64_t> shape) {
+  const auto written = [&](const char* type, const std::vector<std::uint64_t>& shape) {
     const std::string bytes = read_file(folder / "r.npy");
     const auto header = tools::read_npy_header("r.npy", std::as_bytes(std::span{bytes}));
     REQUIRE(header);
