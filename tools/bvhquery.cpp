@@ -34,14 +34,14 @@ using namespace hiprt::tools;
 
 constexpr ToolInfo kInfo{
     "bvhquery",
-    "Finds the triangles near points, and those that touch spheres and boxes. The BVH file is validated first.\n"
-    "It runs on the CPU. Spheres and curves of a BVH file are refused.\n"
+    "Finds what is near points, and the triangles that touch spheres and boxes. The BVH file is validated first.\n"
+    "It runs on the CPU. Files of spheres and curves: closest, nearest and within; to the surface, also from inside.\n"
     "\n"
     "Queries:\n"
-    "  closest      the closest point on any triangle\n"
+    "  closest      the closest point of any triangle, sphere or curve\n"
     "  signed       the same; the distance is negative inside closed meshes\n"
-    "  nearest      the K nearest triangles, the nearest first\n"
-    "  within       all triangles within the distance, the nearest first\n"
+    "  nearest      the K nearest triangles, spheres and curves, the nearest first\n"
+    "  within       all within the distance, the nearest first\n"
     "  inside       whether a point is inside closed meshes\n"
     "  overlaps     all triangles that touch a sphere or box, in the order of their numbers\n"
     "  any-overlap  one triangle that touches a sphere (the closest) or box\n"
@@ -55,7 +55,8 @@ constexpr ToolInfo kInfo{
     "  paths    u32 count of records, u32 levels, count x levels x {u32 instance, u32 id}\n"
     "A record of closest, signed, nearest and within is {float32 distance, float32 x, y, z, float32 u, v, u32\n"
     "primitive, u32 feature}. The distance inf and the primitive 0xffffffff say that nothing was found. u and v are\n"
-    "the weights of the triangle's corners 1 and 2. Features: 0 face, 1 to 3 edges, 4 to 6 vertices.\n"
+    "the weights of the triangle's corners 1 and 2. Features: 0 face, 1 to 3 edges, 4 to 6 vertices. On spheres and\n"
+    "curves u and v are those of hits, and the feature is 0.\n"
     "A record of overlaps and any-overlap is the u32 primitive. A record of inside is a u32: 1 inside, 0 outside.\n"
     "Primitives and paths are numbered as by bvhtrace. Queries that are not finite find nothing.\n"
     "\n"
@@ -206,7 +207,8 @@ build::Result<void> run(const Cli& cli, const QueryCommand& command) {
   const auto file = load_bvh(command.path, command.threads);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_primitive_counts(command.path, file->view); !checked) return checked;
-  if (auto checked = check_triangles_only(command.path, file->view); !checked) return checked;
+  if (needs_triangles(command.kind()))
+    if (auto checked = check_triangles_only(command.path, file->view); !checked) return checked;
   if (auto checked = check_traceable(command.path, file->view); !checked) return checked;
   const SceneView scene = make_scene_view(file->view);
   build::WindingArrays arrays;

@@ -1,4 +1,4 @@
-// expect: hiprt: PrimitiveList: a primitive has no CustomPoint closest(at, id) const
+// expect: hiprt: PrimitiveList: a primitive has no CustomPoint closest
 // A functor for rays only, in a point query.
 
 #include <hiprt_device/hiprt_device.h>

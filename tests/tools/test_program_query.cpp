@@ -340,3 +340,35 @@ TEST_CASE("bvhquery: results do not depend on the order of the queries") {
       }
   }
 }
+
+TEST_CASE("bvhquery: spheres and curves of files, also in instances") {
+  const TempFolder folder;
+  const std::string balls = folder.write("balls.xyzr", "0 0 0 1\n6 0 0 2\n0 9 0 0.5\n"), bvh = folder / "balls.bvh";
+  check_quiet(run({kBvhBuild, balls, "-o", bvh}));
+  QueryRuns runs(folder, bvh);
+  // Outside, inside, and at a center.
+  runs.points({-3, 0, 0, 5, 0, 0, 0, 9, 0});
+  const ResultFile closest = runs.ask("closest");
+  const float expected[3][5] = {{2, -1, 0, 0, 0}, {1, 4, 0, 0, 1}, {0.5f, 0, 9, 0.5f, 2}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const tools::PointRecord& one = closest.points[i];
+    CHECK((one.distance == expected[i][0] && one.x == expected[i][1] && one.y == expected[i][2] &&
+           one.z == expected[i][3] && static_cast<float>(one.primitive) == expected[i][4] && one.feature == 0));
+  }
+  const ResultFile nearest = runs.ask("nearest", {"-k", "2"});
+  CHECK((nearest.points[0].primitive == 0 && nearest.points[1].primitive == 1 && nearest.points[1].distance == 7));
+  runs.spheres({-3, 0, 0, 7, -3, 0, 0, 1.5f});
+  const ResultFile within = runs.ask("within");
+  CHECK((within.first == std::vector<std::uint64_t>{0, 2, 2} && within.points[1].distance == 7));
+  json_of(run({kBvhQuery, bvh, "--slice", "z", "--query", "closest", "-o", folder / "balls.png", "--json"}));
+
+  folder.write("two.json", R"({"format": "hiprt scene", "version": 1, "scene": "two", "objects": {"a": ["balls.xyzr"]},
+    "groups": {"two": [{"object": "a", "translate": [100, 0, 0]}, {"object": "a", "scale": 2}]}})");
+  check_quiet(run({kBvhBuild, folder / "two.json", "-o", folder / "two.bvh"}));
+  QueryRuns two(folder, folder / "two.bvh");
+  two.points({-3, 0, 0, 97, 0, 0});
+  const ResultFile placed = two.ask("closest", {"--paths", folder / "two.paths"});
+  CHECK((placed.points[0].distance == 1 && placed.points[1].distance == 2));
+  const auto paths = tools::read_paths(folder / "two.paths");
+  CHECK((paths->paths[0].instance == 1 && paths->paths[1].instance == 0));
+}

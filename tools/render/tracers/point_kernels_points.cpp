@@ -1,6 +1,8 @@
-/// The closest points of triangles. Compiled once per instruction set (HIPRT_ISA_NAME).
+/// The closest points of triangles, spheres and curves. Compiled once per instruction set (HIPRT_ISA_NAME).
 
 #include <tools/render/tracers/point_policies.h>
+
+#include <hiprt_device/primitives/scene_shapes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,12 +34,12 @@ template <class Result> float likely_reach(const Vec3& from, const Result* point
 /// Finds the nearest triangles of queries in their order. The results of one query limit the search of the next one,
 /// which is often near. If the limit was too small, the next query is asked again without it. So results do not depend
 /// on it: all triangles of a full result are in the limit, and no other triangle is nearer.
-template <class P> class NearestOfEach {
+template <class P, class Primitives> class NearestOfEach {
   using Result = ClosestPointOf<float, P::kLevels>;
 
  public:
-  NearestOfEach(const PointJob& job, const typename P::Stack::Storage& storage)
-      : job_(job), storage_(storage), results_(static_cast<Result*>(job.scratch)) {}
+  NearestOfEach(const PointJob& job, const typename P::Stack::Storage& storage, const Primitives& primitives)
+      : job_(job), storage_(storage), primitives_(primitives), results_(static_cast<Result*>(job.scratch)) {}
 
   /// @param go_on becomes false when the sink wants no more.
   FoundCount find(std::size_t query, bool& go_on) {
@@ -54,43 +56,58 @@ template <class P> class NearestOfEach {
 
  private:
   FoundCount ask(const PointQuery& query) const {
-    return nearest_points<P>(*job_.scene, query, results_, job_.nearest, storage_);
+    return nearest_points<P>(*job_.scene, query, results_, job_.nearest, storage_, NoFilter{}, primitives_);
   }
 
   const PointJob& job_;
   typename P::Stack::Storage storage_;
+  Primitives primitives_;
   Result* results_;
   std::uint32_t last_ = 0;  ///< How many results the last query has.
 };
 
-template <class P>
-FoundCount find_within(const PointJob& job, std::size_t query, const typename P::Stack::Storage& storage, bool& go_on) {
+template <class P, class Primitives>
+FoundCount find_within(const PointJob& job, std::size_t query, const typename P::Stack::Storage& storage,
+                       const Primitives& primitives, bool& go_on) {
   return points_within<P, SplitPrimitives::kRepeat>(
       *job.scene, job.queries[query], storage,
-      [&](const ClosestPointOf<float, P::kLevels>& near) { return go_on = give<P>(job, query, near); });
+      [&](const ClosestPointOf<float, P::kLevels>& near) { return go_on = give<P>(job, query, near); }, primitives);
+}
+
+template <class P, class Primitives> bool find_all(const PointJob& job, const Primitives& primitives) {
+  typename P::Stack::Memory memory;
+  const typename P::Stack::Storage storage(memory);
+  NearestOfEach<P, Primitives> nearest(job, storage, primitives);
+  bool go_on = true;
+  for (std::size_t i = 0; i < job.count && go_on; ++i) {
+    const FoundCount found =
+        job.nearest != 0 ? nearest.find(i, go_on) : find_within<P>(job, i, storage, primitives, go_on);
+    if (found.failed()) return false;
+  }
+  return true;
 }
 
 struct FindAll {
   const PointJob& job;
-
-  template <class P> bool operator()() const {
-    typename P::Stack::Memory memory;
-    const typename P::Stack::Storage storage(memory);
-    NearestOfEach<P> nearest(job, storage);
-    bool go_on = true;
-    for (std::size_t i = 0; i < job.count && go_on; ++i) {
-      const FoundCount found = job.nearest != 0 ? nearest.find(i, go_on) : find_within<P>(job, i, storage, go_on);
-      if (found.failed()) return false;
-    }
-    return true;
-  }
+  template <class P> bool operator()() const { return find_all<P>(job, NoPrimitives{}); }
 };
+
+/// Policies with levels serve flat scenes, too: these are compiled once per layout.
+bool find_shapes(const PointJob& job) {
+  return dispatch_layout(job.scene->layout, [&](auto layout) {
+    using P = LevelPolicies<FlatPolicies<decltype(layout)>, kTraceLevels, true>;
+    return find_all<P>(job, SceneShapes(*job.scene));
+  });
+}
 
 }  // namespace
 }  // namespace HIPRT_ISA_NAMESPACE
 
 bool HIPRT_FIND_POINTS(const PointJob& job);
 
-bool HIPRT_FIND_POINTS(const PointJob& job) { return with_point_policies(*job.scene, FindAll{job}); }
+bool HIPRT_FIND_POINTS(const PointJob& job) {
+  if ((job.scene->features & feature_bit(Feature::kCustom)) != 0) return find_shapes(job);
+  return with_point_policies(*job.scene, FindAll{job});
+}
 
 }  // namespace hiprt::tools
