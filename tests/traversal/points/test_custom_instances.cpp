@@ -115,6 +115,18 @@ template <class P> void check(const NearScene& scene, std::uint64_t seed, unsign
   CHECK(customs > trials(points) / 8);
 }
 
+/// A point of the unit box for each instance: as high as the instance's own number.
+struct Marks {
+  template <class Id> CustomPoint closest(const PointInObject& at, const Id& id) const {
+    CustomPoint result;
+    result.point = Vec3D(0.5, 0.5, 0.125 * id.instance_id(id.depth() - 1));
+    const Vec3D from = at.point - result.point;
+    result.squared = from.x * from.x + from.y * from.y + from.z * from.z;
+    result.u = id.path().instance[0];
+    return result;
+  }
+};
+
 template <class LayoutType, unsigned kLevels> struct Levelled : Instanced<WithLayout<LayoutType>, kLevels> {};
 
 }  // namespace
@@ -127,6 +139,25 @@ TEST_CASE("closest custom primitives do not depend on trees over instances") {
 
 TEST_CASE("closest custom primitives of moving instances") {
   check<Moving<Levelled<PlanesLayout, 2>>>({kSeed + 3, NodeLayout::kPlanes, 2, true}, kSeed, 200);
+}
+
+TEST_CASE("functors of points read the instances, and a table has a row per kind of query") {
+  CustomWorld world;
+  world.add({Box{{0, 0, 0}, {1, 1, 1}}}, 0);
+  InstanceScene scene;
+  scene.files.push_back(std::move(world.scene({}).bvh.buffer));
+  scene.groups = {{Instance{.object = 0, .id = 2}, Instance{.object = 0, .id = 6}}};
+  scene.build();
+  const SceneView view = scene.view();
+  using Table = PrimitiveTable<PrimitiveList<Marks>, NoPrimitives>;
+  const auto at = [&](float z, unsigned row) {
+    const TableRow<Table> primitives{Table{PrimitiveList<Marks>{Marks{}}, NoPrimitives{}}, row};
+    return closest_point<Instanced<>>(view, {{0.5f, 0.5f, z}}, primitives);
+  };
+  REQUIRE((at(0, 0).distance() == 0.25f && at(0, 0).path.instance[0] == 0 && at(0, 0).u == 0));
+  REQUIRE((at(1, 0).distance() == 0.25f && at(1, 0).path.instance[0] == 1 && at(1, 0).u == 1));
+  REQUIRE((at(0.5f, 0).distance() == 0.25f && at(0.5f, 0).path.instance[0] == 0));  // Of two the lowest path.
+  REQUIRE((!at(0, 1).found() && !at(0, 1).failed() && !at(0, 7).found()));
 }
 
 TEST_CASE("policies with levels find the same in a scene without instances") {
