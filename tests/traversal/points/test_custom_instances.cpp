@@ -132,13 +132,13 @@ template <class LayoutType, unsigned kLevels> struct Levelled : Instanced<WithLa
 }  // namespace
 
 TEST_CASE("closest custom primitives do not depend on trees over instances") {
-  check<Levelled<PlanesLayout, 1>>({kSeed, NodeLayout::kPlanes, 1, false}, kSeed, 300);
-  check<Levelled<QuantizedLayout, 2>>({kSeed + 1, NodeLayout::kQuantized, 2, false}, kSeed, 200);
-  check<Instanced<DoubleRays<>, 2>>({kSeed + 2, NodeLayout::kPlanes, 2, false}, kSeed, 200);
+  check<Levelled<PlanesLayout, 1>>({kSeed, NodeLayout::kPlanes, 1, false}, kSeed, 1500);
+  check<Levelled<QuantizedLayout, 2>>({kSeed + 1, NodeLayout::kQuantized, 2, false}, kSeed, 1500);
+  check<Instanced<DoubleRays<>, 2>>({kSeed + 2, NodeLayout::kPlanes, 2, false}, kSeed, 1500);
 }
 
 TEST_CASE("closest custom primitives of moving instances") {
-  check<Moving<Levelled<PlanesLayout, 2>>>({kSeed + 3, NodeLayout::kPlanes, 2, true}, kSeed, 200);
+  check<Moving<Levelled<PlanesLayout, 2>>>({kSeed + 3, NodeLayout::kPlanes, 2, true}, kSeed, 1500);
 }
 
 TEST_CASE("functors of points read the instances, and a table has a row per kind of query") {
@@ -165,7 +165,7 @@ TEST_CASE("policies with levels find the same in a scene without instances") {
   const Scene scene = world.world.scene({});
   Random random(kSeed + 4);
   using P = Instanced<Policies, 2>;
-  for (unsigned i = 0; i < trials(200); ++i) {
+  for (unsigned i = 0; i < trials(1500); ++i) {
     const PointQuery query{vec3(random.in_cube(2)), 1.0f, 0xffffffffu, 0.25f};
     const auto all = try_all(world, query);
     P::Stack::Memory memory;

@@ -60,7 +60,7 @@ TEST_CASE("the closest of triangles and custom primitives is that of trying all,
     const NearWorld world(kSeed, size);
     const std::vector<Scene> scenes = scenes_of(world);
     Random random(kSeed);
-    for (unsigned i = 0; i < trials(250); ++i) {
+    for (unsigned i = 0; i < trials(2000); ++i) {
       const PointQuery query = random_query(random, size);
       const auto all = try_all(world, query);
       const ClosestPoint expected = all.empty() ? ClosestPoint{} : all[0];
@@ -81,7 +81,7 @@ TEST_CASE("custom primitives in double, with a restart trail, and from far away"
   const NearWorld world(kSeed + 1);
   const Scene scene = world.world.scene({});
   Random random(kSeed + 1);
-  for (unsigned i = 0; i < trials(300); ++i) {
+  for (unsigned i = 0; i < trials(2000); ++i) {
     PointQuery query = random_query(random, 1.0);
     if (i % 5 == 0) query.point *= 1e15f;
     const auto all = try_all(world, query);
@@ -176,7 +176,7 @@ TEST_CASE("the shapes of a file are near without anything else") {
   const RoundCurveSet curves{object.axes.data(), object.segments.data()};
   Random random(kSeed + 4);
   unsigned of_kind[3] = {};
-  for (unsigned i = 0; i < trials(500); ++i) {
+  for (unsigned i = 0; i < trials(3000); ++i) {
     const PointQuery query{vec3(random.in_cube(random.log_uniform(0.2, 5)))};
     const PointInObject at{Vec3D(query.point), std::numeric_limits<double>::infinity(), 0};
     ClosestPoint expected = try_all(std::vector<Mesh>{object.mesh}, query)[0];
