@@ -8,9 +8,9 @@
 #include <tools/cli/progress.h>
 #include <tools/cli/trace/trace_records.h>
 #include <tools/query/query_command.h>
+#include <tools/query/write_results.h>
 #include <tools/render/image/image_write.h>
 #include <tools/render/tracers/tracer.h>
-#include <tools/scene_io/rays_file.h>
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/winding.h>
@@ -24,7 +24,6 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
-#include <span>
 #include <sstream>
 #include <utility>
 
@@ -35,19 +34,19 @@ using namespace hiprt::tools;
 
 constexpr ToolInfo kInfo{
     "bvhquery",
-    "Finds the triangles near points, and those that touch spheres and boxes. The BVH file is validated first.\n"
-    "It runs on the CPU. Spheres and curves of a BVH file are refused.\n"
+    "Finds what is near points, and the triangles that touch spheres and boxes. The BVH file is validated first.\n"
+    "It runs on the CPU. Files of spheres and curves: closest, nearest and within; to the surface, also from inside.\n"
     "\n"
     "Queries:\n"
-    "  closest      the closest point on any triangle\n"
+    "  closest      the closest point of any triangle, sphere or curve\n"
     "  signed       the same; the distance is negative inside closed meshes\n"
-    "  nearest      the K nearest triangles, the nearest first\n"
-    "  within       all triangles within the distance, the nearest first\n"
+    "  nearest      the K nearest triangles, spheres and curves, the nearest first\n"
+    "  within       all within the distance, the nearest first\n"
     "  inside       whether a point is inside closed meshes\n"
     "  overlaps     all triangles that touch a sphere or box, in the order of their numbers\n"
     "  any-overlap  one triangle that touches a sphere (the closest) or box\n"
     "\n"
-    "Files, all little-endian:\n"
+    "Files, all little-endian. Files may also be arrays of numpy, .npy: see below.\n"
     "  points   u32 count, u32 3, count x 3 float32 {x, y, z}\n"
     "  spheres  u32 count, u32 4, count x 4 float32 {x, y, z, radius}\n"
     "  boxes    u32 count, u32 6, count x 6 float32 {min, max}\n"
@@ -56,9 +55,17 @@ constexpr ToolInfo kInfo{
     "  paths    u32 count of records, u32 levels, count x levels x {u32 instance, u32 id}\n"
     "A record of closest, signed, nearest and within is {float32 distance, float32 x, y, z, float32 u, v, u32\n"
     "primitive, u32 feature}. The distance inf and the primitive 0xffffffff say that nothing was found. u and v are\n"
-    "the weights of the triangle's corners 1 and 2. Features: 0 face, 1 to 3 edges, 4 to 6 vertices.\n"
+    "the weights of the triangle's corners 1 and 2. Features: 0 face, 1 to 3 edges, 4 to 6 vertices. On spheres and\n"
+    "curves u and v are those of hits, and the feature is 0.\n"
     "A record of overlaps and any-overlap is the u32 primitive. A record of inside is a u32: 1 inside, 0 outside.\n"
     "Primitives and paths are numbered as by bvhtrace. Queries that are not finite find nothing.\n"
+    "\n"
+    "Arrays of numpy: points, spheres and boxes are float32 or float64 of the shape (n, 3), (n, 4) or (n, 6). An "
+    "output\n"
+    "that ends in .npy is an array of records with the fields distance, point, u, v, primitive and feature, or of\n"
+    "numbers. Lists are one array, with the number of the query as first field. Paths have the fields instance and "
+    "id.\n"
+    "float64 is rounded to float32, boxes outwards.\n"
     "\n"
     "--slice draws the distances on a plane: orange outside, blue inside, the surface in white, and lines of equal\n"
     "distance. EXR files have the distance (Z), the closest point (P) and the primitive (id.primitive) as layers.",
@@ -68,6 +75,7 @@ constexpr ToolInfo kInfo{
     "  bvhquery scene.bvh --points probes.points -o out.lists --query within --max-distance 0.1\n"
     "  bvhquery scene.bvh --boxes voxels.boxes -o out.lists                                # triangles of each voxel\n"
     "  bvhquery forest.bvh --spheres balls.spheres -o out.lists --paths out.paths          # in which instances\n"
+    "  bvhquery scene.bvh --points probes.npy -o out.npy                                   # arrays of numpy\n"
     "  bvhquery scan.bvh --points probes.points -o out.results --query inside --sign winding\n"
     "  bvhquery scene.bvh --slice z=0.5 -o field.png                                       # a distance field\n"};
 
@@ -103,22 +111,6 @@ std::string speed_text(const nlohmann::json& told) {
   std::ostringstream text;
   text << told["mqueries_per_second"].get<double>() << " Mqueries/s (cpu " << trace_isa() << ")\n";
   return text.str();
-}
-
-build::Result<void> write_all(const QueryCommand& command, const SceneView& scene, const QueryResults& results,
-                              std::size_t queries) {
-  if (!command.paths.empty() && results.records() > 0xffffffffu)
-    return tl::unexpected(build::Error{
-        build::ErrorCode::kTooLarge,
-        command.paths + ": " + std::to_string(results.records()) + " results, a path file holds at most 4294967295"});
-  const auto records =
-      results.points.empty() ? std::as_bytes(std::span{results.numbers}) : std::as_bytes(std::span{results.points});
-  auto written = results.each == 0
-                     ? write_lists(command.output, results.first, records)
-                     : write_results(command.output, static_cast<std::uint32_t>(queries), results.each, records);
-  if (!written || command.paths.empty()) return written;
-  return write_paths(command.paths, static_cast<std::uint32_t>(results.records()), scene.levels,
-                     path_records(scene, results.paths));
 }
 
 build::Result<void> run_batch(const Cli& cli, const QueryCommand& command, const SceneView& scene,
@@ -215,7 +207,8 @@ build::Result<void> run(const Cli& cli, const QueryCommand& command) {
   const auto file = load_bvh(command.path, command.threads);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_primitive_counts(command.path, file->view); !checked) return checked;
-  if (auto checked = check_triangles_only(command.path, file->view); !checked) return checked;
+  if (needs_triangles(command.kind()))
+    if (auto checked = check_triangles_only(command.path, file->view); !checked) return checked;
   if (auto checked = check_traceable(command.path, file->view); !checked) return checked;
   const SceneView scene = make_scene_view(file->view);
   build::WindingArrays arrays;

@@ -46,6 +46,8 @@ template <unsigned kLevels> class PlacedVertices {
     }
   }
   HIPRT_HD HIPRT_FORCE_INLINE void leave() { --depth_; }
+  /// Whether the object at hand is in an instance.
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_placed() const { return depth_ != 0; }
 
   /// A point of the object at hand, in the scene.
   HIPRT_HD HIPRT_FORCE_INLINE Vec3D to_scene(Vec3D point) const {
@@ -73,6 +75,7 @@ template <> class PlacedVertices<0> {
  public:
   HIPRT_HD HIPRT_FORCE_INLINE void enter(const InstanceRecord&) {}
   HIPRT_HD HIPRT_FORCE_INLINE void leave() {}
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_placed() const { return false; }
   HIPRT_HD HIPRT_FORCE_INLINE Vec3D to_scene(const Vec3D& point) const { return point; }
 };
 

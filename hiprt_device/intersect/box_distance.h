@@ -90,5 +90,18 @@ HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> near_boxes(const Node& node, const Po
   return {squared, Lanes::all(limit), existing<Lanes>(node, low, high)};
 }
 
+/// Whether a box is certainly farther from the point. The rounding is that of near_boxes().
+template <class Lanes>
+HIPRT_HD HIPRT_FORCE_INLINE bool is_farther(const Box& box, const PointBox<Lanes>& point, float limit) {
+  const auto gap = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
+    const float below = box.min[axis] - Lanes::value(point.high[axis]);
+    const float above = Lanes::value(point.low[axis]) - box.max[axis];
+    return max_of(max_of(below, above), 0.0f);
+  };
+  const float x = gap(0), y = gap(1), z = gap(2);
+  const float squared = fused_multiply_add(x, x, fused_multiply_add(y, y, z * z));
+  return limit < kLargestSquared && squared > limit;
+}
+
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

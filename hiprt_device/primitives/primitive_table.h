@@ -10,6 +10,7 @@
 
 #include <hiprt_device/filter.h>
 #include <hiprt_device/instances/path_reader.h>
+#include <hiprt_device/primitives/custom_point.h>
 #include <hiprt_device/primitives/primitive.h>
 
 namespace hiprt {
@@ -44,6 +45,15 @@ concept TakesId = requires(const T& functor, const BasicRay<Real>& ray, Real t, 
   { functor.intersect(ray, t, t, id, report) } -> std::same_as<bool>;
 };
 
+template <class T>
+concept MeasuresPrimitive = requires(const T& functor, const PointInObject& at, std::uint32_t primitive) {
+  { functor.closest(at, primitive) } -> std::same_as<CustomPoint>;
+};
+template <class T>
+concept MeasuresId = requires(const T& functor, const PointInObject& at, PrimitiveId id) {
+  { functor.closest(at, id) } -> std::same_as<CustomPoint>;
+};
+
 }  // namespace primitive_detail
 
 /// A functor with `bool intersect(ray, tmin, tmax, id, report) const`.
@@ -60,6 +70,18 @@ concept TakesId = requires(const T& functor, const BasicRay<Real>& ray, Real t, 
 template <class T, class Real = float>
 concept CustomPrimitive = primitive_detail::TakesPrimitive<T, Real> || primitive_detail::TakesId<T, Real>;
 
+/// A functor with `CustomPoint closest(const PointInObject& at, id) const`, for point queries. id is as for
+/// intersect().
+///
+/// It returns the closest point of the primitive, in the object's space. It keeps three promises, else points are
+/// missed, and results depend on the tree:
+/// - The same primitive, point and time always give the same bits. If the squared distance is beyond
+///   at.limit_squared, it may return CustomPoint{} instead.
+/// - The distance is at least that of the primitive's box, less 2^-43 of the distance of the box's farthest corner.
+/// - The closest point is in the box, or as near to it.
+template <class T>
+concept DistancePrimitive = primitive_detail::MeasuresPrimitive<T> || primitive_detail::MeasuresId<T>;
+
 /// The requirement of a traversal's custom primitives.
 /// @tparam Real of the rays.
 template <class T, class Real = float>
@@ -68,6 +90,13 @@ concept PrimitiveSet = requires(const T& set, const BasicRay<Real>& ray, Real t,
   { T::kCount } -> std::convertible_to<unsigned>;
   { set.intersect(0u, ray, t, t, id, report) } -> std::same_as<bool>;
   { set.filter(0u, ray, hit) } -> std::same_as<FilterResult>;
+};
+
+/// The requirement of a point query's custom primitives.
+template <class T>
+concept DistanceSet = requires(const T& set, const PointInObject& at, PrimitiveId id) {
+  { T::kCount } -> std::convertible_to<unsigned>;
+  { set.closest(0u, at, id) } -> std::same_as<CustomPoint>;
 };
 
 /// Whether a set's hits count at any t, and without the query's filter (T::kAnyT). For hiprt_device/compat.
@@ -90,12 +119,15 @@ template <> struct PrimitiveList<> {
   HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const HitType&) const {
     return FilterResult::kAccept;
   }
+  template <class Id> HIPRT_HD HIPRT_FORCE_INLINE CustomPoint closest(unsigned, const PointInObject&, const Id&) const {
+    return {};
+  }
 };
 
 template <class First, class... Others> struct PrimitiveList<First, Others...> {
-  static_assert(CustomPrimitive<First> || CustomPrimitive<First, double>,
+  static_assert(CustomPrimitive<First> || CustomPrimitive<First, double> || DistancePrimitive<First>,
                 "hiprt: PrimitiveList: a functor needs bool intersect(ray, tmin, tmax, id, report) const; see concept "
-                "CustomPrimitive");
+                "CustomPrimitive. For point queries it needs CustomPoint closest(at, id) const");
   static constexpr unsigned kCount = 1 + sizeof...(Others);
   First first;
   PrimitiveList<Others...> others{};
@@ -124,6 +156,17 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
         !requires { first.filter(Ray{}, Hit{}); } || std::is_same_v<Real, float>,
         "hiprt: PrimitiveList: a primitive's filter does not take double rays");
     return FilterResult::kAccept;
+  }
+  template <class Id>
+  HIPRT_HD HIPRT_FORCE_INLINE CustomPoint closest(unsigned type, const PointInObject& at, const Id& id) const {
+    static_assert(DistancePrimitive<First>,
+                  "hiprt: PrimitiveList: a primitive has no CustomPoint closest(at, id) const for this point query; "
+                  "see concept DistancePrimitive");
+    if (type != 0) return others.closest(type - 1, at, id);
+    if constexpr (primitive_detail::MeasuresId<First>)
+      return first.closest(at, id);
+    else
+      return first.closest(at, id.primitive);
   }
 };
 
@@ -176,6 +219,10 @@ template <class Table> struct TableRow {
   template <class Real, class HitType>
   HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const HitType& hit) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.filter(type, ray, hit); });
+  }
+  template <class Id>
+  HIPRT_HD HIPRT_FORCE_INLINE CustomPoint closest(unsigned type, const PointInObject& at, const Id& id) const {
+    return table.with_row(ray_type, [&](const auto& row) { return row.closest(type, at, id); });
   }
 };
 

@@ -23,21 +23,6 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 namespace primitive_detail {
 
-/// |a|^2 - b^2 with one relative error of about 2^-53, as if computed in twice the precision (Dot2 of Ogita, Rump,
-/// Oishi 2005).
-HIPRT_HD HIPRT_FORCE_INLINE double squares_difference(const Double3& a, double b) {
-  const double factor[4] = {a.x, a.y, a.z, b};
-  double sum = 0.0, rest = 0.0;
-  for (int i = 0; i < 4; ++i) {
-    const double f = factor[i], g = i == 3 ? -b : f;
-    const double product = multiplied(f, g);
-    const double next = sum + product, added = next - sum;
-    rest += ((sum - (next - added)) + (product - added)) + fused_multiply_add(f, g, -product);
-    sum = next;
-  }
-  return sum + rest;
-}
-
 /// One of the two balls, and the line's crossing of its seam's plane.
 struct ConeEnd {
   Double3 center;

@@ -42,30 +42,45 @@ class SceneShapes {
     return FilterResult::kAccept;
   }
 
+  HIPRT_HD HIPRT_FORCE_INLINE CustomPoint closest(unsigned, const PointInObject& at, PrimitiveId id) const {
+    return closest(at, id);
+  }
+
   /// As a functor of a PrimitiveList.
   template <class Real, class Report>
   HIPRT_HD HIPRT_FORCE_INLINE bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
                                              std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
-    if (shapes_ == 0) return true;
+    return visit(
+        id,
+        [&](const auto& set) HIPRT_FORCE_INLINE_LAMBDA { return set.intersect(ray, tmin, tmax, id.primitive, report); },
+        true);
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE CustomPoint closest(const PointInObject& at, PrimitiveId id) const {
+    return visit(
+        id, [&](const auto& set) HIPRT_FORCE_INLINE_LAMBDA { return set.closest(at, id.primitive); }, CustomPoint{});
+  }
+
+ private:
+  /// @return visit(SphereSet or RoundCurveSet of the geometry); or @p nothing, if it has no shapes.
+  template <class Visit, class Result>
+  HIPRT_HD HIPRT_FORCE_INLINE Result visit(const PrimitiveId& id, const Visit& visit, const Result& nothing) const {
+    if (shapes_ == 0) return nothing;
     const std::byte* file = base_;
     std::uint64_t records = shapes_;
     if (id.object != kInvalidId) {
       file += objects_[id.object].offset;
       records = reinterpret_cast<const std::uint64_t*>(base_ + shapes_)[id.object];
-      if (records == 0) return true;
+      if (records == 0) return nothing;
     }
     const ShapeRecord& shape = reinterpret_cast<const ShapeRecord*>(file + records)[id.geometry];
     const std::byte* points = file + shape.points;
     if (shape.kind == ShapeKind::kCurves)
-      return RoundCurveSet{reinterpret_cast<const CurveVertex*>(points),
-                           reinterpret_cast<const std::uint32_t*>(file + shape.segments)}
-          .intersect(ray, tmin, tmax, id.primitive, report);
-    if (shape.kind == ShapeKind::kSpheres)
-      return SphereSet{reinterpret_cast<const Sphere*>(points)}.intersect(ray, tmin, tmax, id.primitive, report);
-    return true;
+      return visit(RoundCurveSet{reinterpret_cast<const CurveVertex*>(points),
+                                 reinterpret_cast<const std::uint32_t*>(file + shape.segments)});
+    if (shape.kind == ShapeKind::kSpheres) return visit(SphereSet{reinterpret_cast<const Sphere*>(points)});
+    return nothing;
   }
 
- private:
   const std::byte* base_;
   const ObjectRecord* objects_;
   std::uint64_t shapes_;

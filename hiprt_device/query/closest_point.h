@@ -1,5 +1,5 @@
 #pragma once
-/// The points of a scene's triangles that are closest to a point.
+/// The points of a scene's triangles and custom primitives that are closest to a point.
 
 #include <hiprt_device/instances/instance_path.h>
 #include <hiprt_device/query/point_search.h>
@@ -8,16 +8,17 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The triangles of a scene in the order of their distance from a point.
+/// The triangles and custom primitives of a scene in the order of their distance from a point.
 ///
 ///     hiprt::NearestPoint<P> query(scene, {.point = p, .max_distance = 2.0f}, storage);
 ///     for (hiprt::ClosestPoint near = query.next_point(); near.found(); near = query.next_point()) ...
 ///
 /// Each next_point() traverses the tree and finds the closest point behind the last one. The order is that of distance,
-/// path of instances, geometry and primitive. So each triangle is reported once, whatever the tree. nearest_points()
-/// finds several in one traversal.
-template <class P = Policies, class Filter = NoFilter> class NearestPoint {
-  using Search = PointSearch<P, Filter>;
+/// path of instances, geometry and primitive. So each is reported once, whatever the tree. nearest_points() finds
+/// several in one traversal.
+/// @tparam Primitives functors of the scene's custom primitives, a DistanceSet. They may be those of rays.
+template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives> class NearestPoint {
+  using Search = PointSearch<P, Filter, Primitives>;
 
  public:
   using Storage = typename Search::Storage;
@@ -29,8 +30,9 @@ template <class P = Policies, class Filter = NoFilter> class NearestPoint {
   /// @param filter is called as filter(query, point), with a Result.
   /// @param counter its counts are continued.
   HIPRT_HD HIPRT_FORCE_INLINE NearestPoint(const SceneView& scene, const Query& query, const Storage& storage,
-                                           const Filter& filter = {}, const typename P::Counter& counter = {})
-      : search_(scene, query, storage, filter, counter) {}
+                                           const Filter& filter = {}, const Primitives& primitives = {},
+                                           const typename P::Counter& counter = {})
+      : search_(scene, query, storage, filter, primitives, counter) {}
   /// Deleted: a query reads the scene until its end, and a temporary would be gone by then.
   template <class... Others> NearestPoint(const SceneView&&, Others&&...) = delete;
 
@@ -64,22 +66,23 @@ template <class P = Policies, class Filter = NoFilter> class NearestPoint {
   Result last_;
 };
 
-/// The point of the scene's triangles that is closest to a point.
+/// The point of the scene's triangles and custom primitives that is closest to a point.
 /// @param storage of the traversal's stack; one query at a time may use it.
-/// @return a point that is not found() if all triangles are farther than max_distance.
-template <class P>
+/// @param primitives functors of the scene's custom primitives.
+/// @return a point that is not found() if all are farther than max_distance.
+template <class P, class Primitives = NoPrimitives>
 HIPRT_HD inline auto closest_point(const SceneView& scene, const BasicPointQuery<typename PolicyCheck<P>::Real>& query,
-                                   const typename PolicyCheck<P>::Storage& storage) {
-  return NearestPoint<P>(scene, query, storage).next_point();
+                                   const typename PolicyCheck<P>::Storage& storage, const Primitives& primitives = {}) {
+  return NearestPoint<P, NoFilter, Primitives>(scene, query, storage, {}, primitives).next_point();
 }
 
 /// The same with a stack of the function's own.
-template <class P>
-HIPRT_HD inline auto closest_point(const SceneView& scene,
-                                   const BasicPointQuery<typename PolicyCheck<P>::Real>& query) {
+template <class P, DistanceSet Primitives = NoPrimitives>
+HIPRT_HD inline auto closest_point(const SceneView& scene, const BasicPointQuery<typename PolicyCheck<P>::Real>& query,
+                                   const Primitives& primitives = {}) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it after the query");
   typename P::Stack::Memory memory;
-  return closest_point<P>(scene, query, typename P::Stack::Storage(memory));
+  return closest_point<P>(scene, query, typename P::Stack::Storage(memory), primitives);
 }
 
 namespace query_detail {

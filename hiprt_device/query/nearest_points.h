@@ -1,5 +1,5 @@
 #pragma once
-/// The k triangles nearest to a point, and all triangles within a distance, in one traversal.
+/// The k triangles or custom primitives nearest to a point, and all within a distance, in one traversal.
 
 #include <hiprt_device/query/all_hits.h>
 #include <hiprt_device/query/closest_point.h>
@@ -37,24 +37,27 @@ HIPRT_HD HIPRT_FORCE_INLINE bool insert(Result* sorted, std::uint32_t& count, st
 
 }  // namespace nearest_detail
 
-/// The triangles nearest to a point, the nearest first, each once.
+/// The triangles and custom primitives nearest to a point, the nearest first, each once.
 ///
 /// One traversal. The array is kept in order by insertion, so it is for small numbers: up to about 64.
 /// @param results for @p most of them.
 /// @param storage of the traversal's stack; one query at a time may use it.
 /// @param filter is called as filter(query, point). kAcceptAndStop ends the search with what it has.
+/// @param primitives functors of the scene's custom primitives.
 /// @return how many there are. If it failed, the results are true, but nearer ones may be missing.
-template <class P = Policies, class Filter = NoFilter>
+template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives>
 HIPRT_HD inline FoundCount nearest_points(const SceneView& scene,
                                           const BasicPointQuery<typename PolicyCheck<P>::Real>& query,
-                                          typename PointSearch<P, Filter>::Result* results, std::uint32_t most,
-                                          const typename PolicyCheck<P>::Storage& storage, const Filter& filter = {}) {
-  using Result = typename PointSearch<P, Filter>::Result;
-  PointSearch<P, Filter> search(scene, query, storage, filter, {});
+                                          ClosestPointOf<typename P::Real, P::kLevels>* results, std::uint32_t most,
+                                          const typename PolicyCheck<P>::Storage& storage, const Filter& filter = {},
+                                          const Primitives& primitives = {}) {
+  using Search = PointSearch<P, Filter, Primitives>;
+  using Result = typename Search::Result;
+  Search search(scene, query, storage, filter, primitives, {});
   FoundCount found{0, search.state()};
   if (!search.can_go_on() || most == 0) return found;
   bool is_full = false;
-  search.run([&](const Result& candidate, typename PointSearch<P, Filter>::Region& region) HIPRT_FORCE_INLINE_LAMBDA {
+  search.run([&](const Result& candidate, typename Search::Region& region) HIPRT_FORCE_INLINE_LAMBDA {
     if (found.count == most && !precedes(candidate, results[most - 1])) return true;
     const FilterResult answer = search.ask(candidate);
     if (answer == FilterResult::kReject || !nearest_detail::insert(results, found.count, most, candidate)) return true;
@@ -67,23 +70,28 @@ HIPRT_HD inline FoundCount nearest_points(const SceneView& scene,
   return found;
 }
 
-/// Calls take(point) for each triangle within query.max_distance, each once, in no particular order.
+/// Calls take(point) for each triangle and custom primitive within query.max_distance, each once, in no particular
+/// order.
 ///
 /// One traversal. Where a builder has split triangles (Feature::kSplitReferences) it takes one traversal per triangle,
 /// in the order of distance. SplitPrimitives::kRepeat asks for one traversal and accepts repetitions.
 /// @param take bool(const Result&): false stops.
+/// @param primitives functors of the scene's custom primitives.
 /// @return how many times it was called. kHit: take() has stopped.
-template <class P = Policies, SplitPrimitives kSplit = SplitPrimitives::kOnce, class Take = void>
+template <class P = Policies, SplitPrimitives kSplit = SplitPrimitives::kOnce, class Take = void,
+          class Primitives = NoPrimitives>
 HIPRT_HD inline FoundCount points_within(const SceneView& scene,
                                          const BasicPointQuery<typename PolicyCheck<P>::Real>& query,
-                                         const typename PolicyCheck<P>::Storage& storage, Take&& take) {
-  using Result = typename PointSearch<P, NoFilter>::Result;
+                                         const typename PolicyCheck<P>::Storage& storage, Take&& take,
+                                         const Primitives& primitives = {}) {
+  using Search = PointSearch<P, NoFilter, Primitives>;
+  using Result = typename Search::Result;
   FoundCount found;
   constexpr bool kMaySort =
       kSplit == SplitPrimitives::kOnce && (P::kFeatures & feature_bit(Feature::kSplitReferences)) != 0;
   if constexpr (kMaySort) {
     if ((scene.features & feature_bit(Feature::kSplitReferences)) != 0) {
-      NearestPoint<P> points(scene, query, storage);
+      NearestPoint<P, NoFilter, Primitives> points(scene, query, storage, {}, primitives);
       bool go_on = true;
       while (go_on) {
         const Result point = points.next_point();
@@ -95,11 +103,11 @@ HIPRT_HD inline FoundCount points_within(const SceneView& scene,
       return found;
     }
   }
-  PointSearch<P, NoFilter> search(scene, query, storage, {}, {});
+  Search search(scene, query, storage, {}, primitives, {});
   found.state = search.state();
   if (!search.can_go_on()) return found;
   bool go_on = true;
-  search.run([&](const Result& candidate, typename PointSearch<P, NoFilter>::Region&) HIPRT_FORCE_INLINE_LAMBDA {
+  search.run([&](const Result& candidate, typename Search::Region&) HIPRT_FORCE_INLINE_LAMBDA {
     ++found.count;
     return go_on = take(candidate);
   });

@@ -117,7 +117,7 @@ HIPRT_HD inline FoundCount overlaps(const SceneView& scene, const SphereVolume& 
                                     const typename PolicyCheck<P>::Storage& storage, Take&& take,
                                     const Visibility& visible = {}) {
   using Real = typename P::Real;
-  using Result = typename PointSearch<P, NoFilter>::Result;
+  using Result = ClosestPointOf<Real, P::kLevels>;
   const BasicPointQuery<Real> query{BasicVec3<Real>(sphere.center), static_cast<Real>(sphere.radius), visible.mask,
                                     visible.time};
   const auto visit = [&](const Result& point) HIPRT_FORCE_INLINE_LAMBDA {

@@ -4,6 +4,7 @@
 #include <hiprt_device/instances/placed_vertices.h>
 #include <hiprt_device/intersect/box_distance.h>
 #include <hiprt_device/intersect/triangle_filter.h>
+#include <hiprt_device/primitives/custom_point.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -79,7 +80,13 @@ template <class Lanes, unsigned kLevels> class PointRegion {
   template <class Leaf> HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t outside(const Leaf& leaf) const {
     return farther_triangles<Lanes>(leaf, rounded_, filter_limit_);
   }
+  /// Whether a custom primitive's box is certainly farther.
+  HIPRT_HD HIPRT_FORCE_INLINE bool outside(const Box& box) const { return is_farther<Lanes>(box, box_, limit_); }
   HIPRT_HD HIPRT_FORCE_INLINE double squared() const { return squared_; }
+  /// The query's point, as the object at hand sees it.
+  HIPRT_HD HIPRT_FORCE_INLINE PointInObject in_object(float time) const {
+    return {here_.at, squared_ * here_.stretch_squared * (1.0 + 0x1p-20), time};
+  }
   /// @param squared not more than before.
   HIPRT_HD HIPRT_FORCE_INLINE void shrink(double squared) {
     squared_ = squared;

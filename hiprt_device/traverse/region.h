@@ -17,6 +17,14 @@ struct RegionTriangle {
   std::uint32_t geometry, primitive;
 };
 
+/// A custom primitive that a region comes to.
+struct RegionCustom {
+  std::uint32_t geometry, primitive;
+};
+
+/// For queries that refuse scenes with custom primitives.
+struct NoCustoms {};
+
 /// The policies that a region's traversal reads: Real, Layout, Lanes, Stack, orders, Counter, features and levels.
 /// Triangle, Boxes, Schedule and kSurface are those of rays.
 ///
@@ -26,6 +34,7 @@ struct RegionTriangle {
 ///                               order and the stack compare
 ///     far_end()                 the largest such distance that counts; it may fall, never rise
 ///     outside(leaf)             bit i: triangle i of the leaf has certainly nothing in the region
+///     outside(box)              the same for a custom primitive's box; if the query takes them
 ///     enter(record, object)     continues in an object, as an instance places it
 ///     leave()                   back to where the instance is
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
@@ -51,10 +60,16 @@ template <class P, class Order> class RegionTraversal {
   /// Visits the triangles of the leaves that may have something in the region.
   /// @param mask, time of the query: instances that the mask hides are not entered.
   /// @param visit bool(const RegionTriangle&): false stops for good.
+  /// @param customs bool(const RegionCustom&), the same; or NoCustoms.
   /// @return false if the visitor stopped.
-  template <class Region, class Visit>
+  template <class Region, class Visit, class Customs = NoCustoms>
   HIPRT_HD HIPRT_FORCE_INLINE bool run(const SceneView& scene, Region& region, std::uint32_t mask, float time,
-                                       typename P::Counter& counter, Visit&& visit) {
+                                       typename P::Counter& counter, Visit&& visit, const Customs& customs = {}) {
+    const auto visit_leaves = [&]() HIPRT_FORCE_INLINE_LAMBDA {
+      if constexpr (kTakesCustoms<Customs>)
+        if (ref_type(node_) == NodeType::kProcedural) return visit_customs(scene, region, customs);
+      return visit_run(scene, region, counter, visit);
+    };
     for (;;) {
       while (is_box(node_)) node_ = visit_boxes(scene, region, counter);
       if (is_end(node_)) return true;
@@ -63,13 +78,13 @@ template <class P, class Order> class RegionTraversal {
           levels_.leave(scene);
           placed_.leave();
           region.leave();
-        } else if (ref_type(node_) == NodeType::kProcedural) {
+        } else if (is_instance<Customs>(scene)) {
           if (enter(scene, region, mask, time, counter)) continue;
           if (is_end(node_)) return true;
-        } else if (!visit_run(scene, region, counter, visit)) {
+        } else if (!visit_leaves()) {
           return false;
         }
-      } else if (!visit_run(scene, region, counter, visit)) {
+      } else if (!visit_leaves()) {
         return false;
       }
       node_ = backtrack_.pop(region.far_end());
@@ -79,8 +94,18 @@ template <class P, class Order> class RegionTraversal {
   HIPRT_HD HIPRT_FORCE_INLINE bool overflowed() const { return node_ == kOverflowRef; }
   HIPRT_HD HIPRT_FORCE_INLINE bool refused() const { return node_ == kRefusedRef; }
   HIPRT_HD HIPRT_FORCE_INLINE const LevelsOf& levels() const { return levels_; }
+  HIPRT_HD HIPRT_FORCE_INLINE const PlacedVertices<P::kLevels>& placed() const { return placed_; }
 
  private:
+  template <class Customs> static constexpr bool kTakesCustoms = !std::is_same_v<Customs, NoCustoms>;
+
+  /// Whether the leaf at node_ is an instance's.
+  template <class Customs> HIPRT_HD HIPRT_FORCE_INLINE bool is_instance(const SceneView& scene) const {
+    if constexpr (kTakesCustoms<Customs>)
+      if (levels_.instances(scene) == nullptr) return false;
+    return ref_type(node_) == NodeType::kProcedural;
+  }
+
   template <class Region>
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_boxes(const SceneView& scene, const Region& region,
                                                   typename P::Counter& counter) {
@@ -92,6 +117,22 @@ template <class P, class Order> class RegionTraversal {
       return Order::next(load_words(node.child).word, hits, backtrack_);
     else
       return Order::next(node.child, hits, backtrack_);
+  }
+
+  /// Visits the custom primitives of the run at node_. @return false if the visitor stopped.
+  template <class Region, class Customs>
+  HIPRT_HD HIPRT_FORCE_INLINE bool visit_customs(const SceneView& scene, const Region& region, const Customs& customs) {
+    const std::byte* record = levels_.base(scene) + ref_offset(node_);
+    for (;; record += kNodeGranularity) {
+      const CustomLeaf& leaf = *reinterpret_cast<const CustomLeaf*>(record);
+      const LeafInfo info = load_info(record);
+      for (unsigned slot = 0; slot < 2; ++slot) {
+        const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
+        if (primitive == kInvalidId || region.outside(leaf.box[slot])) continue;
+        if (!customs(RegionCustom{info.geometry_and_flags & kGeometryMask, primitive})) return false;
+      }
+      if ((info.geometry_and_flags & kLastInRun) != 0) return true;
+    }
   }
 
   /// Visits the triangles of the run at node_. @return false if the visitor stopped.

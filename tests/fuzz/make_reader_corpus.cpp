@@ -8,6 +8,8 @@
 #include "../tools/scene_file.h"
 #include "../tools/zstd_bytes.h"
 
+#include <tools/scene_io/npy_file.h>
+
 #include <ImfRgbaFile.h>
 
 #include <array>
@@ -201,7 +203,10 @@ void make_reader_corpus(const std::filesystem::path& folder) {
   write(folder / "rays", {floats(1, 0, {0, 0, 0, 0, 0, 0, 1, 9})});
   write(folder / "hits", {floats(0x3f800000u, 7, {})});
   write(folder / "paths", {floats(1, 1, {0, 0})});
-  write(folder / "queries", {floats(1, 3, {0, 0, 0}), floats(1, 4, {0, 0, 0, 1}), floats(1, 6, {0, 0, 0, 1, 1, 1})});
+  const std::array<std::uint64_t, 2> points{1, 3};
+  write(folder / "queries", {floats(1, 3, {0, 0, 0}), floats(1, 4, {0, 0, 0, 1}), floats(1, 6, {0, 0, 0, 1, 1, 1}),
+                             tools::npy_header("'<f4'", points) + std::string(12, '\0'),
+                             tools::npy_header("[('x', '>f8', (3,))]", points) + std::string(72, '\0')});
 }
 
 }  // namespace hiprt::fuzz

@@ -1,11 +1,14 @@
 // Compares a GPU with the host, bit for bit, for point queries: the closest point of a flat scene and of nested, moving
-// instances; the nearest three; insides; overlaps. Exit status 0 if all results are equal.
+// instances; the nearest three; insides; overlaps; spheres and curves beside triangles. Exit status 0 if all results
+// are equal.
 
 #include <hip/hip_runtime.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_build/instances.h>
+#include <hiprt_build/shapes.h>
 #include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/primitives/scene_shapes.h>
 #include <tests/primitives/digest.h>
 
 #include <cstdio>
@@ -24,9 +27,9 @@ using Flat = hiprt::WithLayout<hiprt::QuantizedLayout>;
 using Deep = hiprt::Moving<hiprt::Instanced<Flat, 2>>;
 
 struct Results {
-  double squared[5] = {};
-  float point[2][3] = {}, u[2] = {}, v[2] = {};
-  std::uint32_t primitive[5] = {}, feature[2] = {}, instance[2] = {};
+  double squared[6] = {};
+  float point[3][3] = {}, u[3] = {}, v[3] = {};
+  std::uint32_t primitive[6] = {}, feature[3] = {}, instance[2] = {}, geometry = 0;
   std::uint32_t side = 0, boxes = 0, exact = 0;
 };
 
@@ -46,10 +49,15 @@ struct TakeAll {
 };
 
 /// One kernel per query. amdrun then translates small kernels, one at a time.
-enum Part : unsigned { kClosest, kDeep, kNearest, kSigned, kBoxes, kDeepBoxes, kParts };
+enum Part : unsigned { kClosest, kDeep, kNearest, kSigned, kBoxes, kDeepBoxes, kShapes, kParts };
 
-template <unsigned kPart>
-HIPRT_HD void ask(const SceneView& flat, const SceneView& deep, const Vec3& point, float time, Results& results) {
+/// The files that are asked, on a host or a device.
+struct Scenes {
+  SceneView flat, deep, shapes;
+};
+
+template <unsigned kPart> HIPRT_HD void ask(const Scenes& scenes, const Vec3& point, float time, Results& results) {
+  const SceneView &flat = scenes.flat, &deep = scenes.deep, &shapes = scenes.shapes;
   if constexpr (kPart == kClosest) put<0>(hiprt::closest_point<Flat>(flat, {.point = point}), results);
   if constexpr (kPart == kDeep) {
     const auto near = hiprt::closest_point<Deep>(deep, {.point = point, .time = time});
@@ -61,8 +69,8 @@ HIPRT_HD void ask(const SceneView& flat, const SceneView& deep, const Vec3& poin
     hiprt::ClosestPoint nearest[3];
     const auto found = hiprt::nearest_points<Flat>(flat, {.point = point}, nearest, 3, memory);
     for (unsigned i = 0; i < found.count; ++i) {
-      results.squared[2 + i] = nearest[i].distance_squared;
-      results.primitive[2 + i] = nearest[i].primitive;
+      results.squared[3 + i] = nearest[i].distance_squared;
+      results.primitive[3 + i] = nearest[i].primitive;
     }
   }
   if constexpr (kPart == kSigned)
@@ -77,13 +85,17 @@ HIPRT_HD void ask(const SceneView& flat, const SceneView& deep, const Vec3& poin
     const hiprt::OrientedBox turned{point, {{0.5f, 0.25f, 0}, {-0.25f, 0.5f, 0}, {0, 0.125f, 0.25f}}};
     results.boxes = hiprt::overlaps<Deep>(deep, turned, memory, TakeAll{}, {.time = time}).count;
   }
+  if constexpr (kPart == kShapes) {
+    const auto near = hiprt::closest_point<Deep>(shapes, {.point = point}, hiprt::SceneShapes(shapes));
+    put<2>(near, results);
+    results.geometry = near.geometry;
+  }
 }
 
 /// @param results each query writes its own part.
-template <unsigned kPart>
-__global__ void ask_all(SceneView flat, SceneView deep, const Vec3* points, Results* results, unsigned count) {
+template <unsigned kPart> __global__ void ask_all(Scenes scenes, const Vec3* points, Results* results, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) ask<kPart>(flat, deep, points[i], 0.25f * static_cast<float>(i % 5), results[i]);
+  if (i < count) ask<kPart>(scenes, points[i], 0.25f * static_cast<float>(i % 5), results[i]);
 }
 
 /// A closed surface around the origin: an octahedron whose faces are split, with corners at different distances.
@@ -144,40 +156,68 @@ hiprt::build::Result<hiprt::build::Bvh> make_scene(std::span<const std::byte> ob
   return hiprt::build::build_instances(hiprt::build::InstancedScene{files, groups});
 }
 
+/// Spheres and curves around the origin in an object, and two instances of it.
+hiprt::build::Result<hiprt::build::Bvh> make_shapes() {
+  Random random{4};
+  std::vector<hiprt::ShapePoint> balls(40), axis(60);
+  for (std::vector<hiprt::ShapePoint>* points : {&balls, &axis})
+    for (hiprt::ShapePoint& point : *points) {
+      for (float& x : point.position) x = 2.0f * random.unit(false);
+      point.radius = 0x1p-3f * (1.0f + random.unit(false));
+    }
+  const std::vector<std::uint32_t> strands(6, 10), segments = hiprt::build::strand_segments(strands);
+  const hiprt::build::Shapes spheres{hiprt::ShapeKind::kSpheres, balls, {}};
+  const hiprt::build::Shapes curves{hiprt::ShapeKind::kCurves, axis, segments};
+  const auto sphere_boxes = hiprt::build::shape_boxes(spheres), curve_boxes = hiprt::build::shape_boxes(curves);
+  const hiprt::build::CustomGeometry customs[] = {{.boxes = sphere_boxes.value(), .shapes = spheres},
+                                                  {.boxes = curve_boxes.value(), .shapes = curves}};
+  const auto object =
+      hiprt::build::build(hiprt::build::SceneInput{.customs = customs}, {.nodes = hiprt::NodeLayout::kQuantized});
+  if (!object) return tl::unexpected(object.error());
+  std::vector<Instance> instances(2);
+  instances[1].to_scene.row[0][3] = 3;
+  instances[1].to_scene.row[1][2] = 0.5f;
+  const std::vector<std::span<const std::byte>> files{object->buffer.bytes()};
+  const std::vector<std::span<const Instance>> groups{instances};
+  return hiprt::build::build_instances(hiprt::build::InstancedScene{files, groups});
+}
+
 template <unsigned kPart = 0>
-gpu::Result<void> launch_parts(std::uint32_t parts, const SceneView& flat, const SceneView& deep, const Vec3* points,
-                               Results* results, unsigned count) {
+gpu::Result<void> launch_parts(std::uint32_t parts, const Scenes& scenes, const Vec3* points, Results* results,
+                               unsigned count) {
   if constexpr (kPart < kParts) {
     if ((parts >> kPart & 1u) != 0)
-      if (auto done = gpu::launch(ask_all<kPart>, count, nullptr, {}, flat, deep, points, results, count); !done)
+      if (auto done = gpu::launch(ask_all<kPart>, count, nullptr, {}, scenes, points, results, count); !done)
         return done;
-    return launch_parts<kPart + 1>(parts, flat, deep, points, results, count);
+    return launch_parts<kPart + 1>(parts, scenes, points, results, count);
   }
   return {};
 }
 template <unsigned kPart = 0>
-void ask_host(std::uint32_t parts, const SceneView& flat, const SceneView& deep, const Vec3& point, float time,
-              Results& results) {
+void ask_host(std::uint32_t parts, const Scenes& scenes, const Vec3& point, float time, Results& results) {
   if constexpr (kPart < kParts) {
-    if ((parts >> kPart & 1u) != 0) ask<kPart>(flat, deep, point, time, results);
-    ask_host<kPart + 1>(parts, flat, deep, point, time, results);
+    if ((parts >> kPart & 1u) != 0) ask<kPart>(scenes, point, time, results);
+    ask_host<kPart + 1>(parts, scenes, point, time, results);
   }
 }
 
-gpu::Result<std::vector<Results>> on_device(std::uint32_t parts, std::span<const std::byte> flat,
-                                            std::span<const std::byte> deep, std::span<const Vec3> points) {
+/// @param files of flat, deep and shapes.
+gpu::Result<std::vector<Results>> on_device(std::uint32_t parts, const std::span<const std::byte> (&files)[3],
+                                            std::span<const Vec3> points) {
   const hipStream_t stream = nullptr;
   gpu::DeviceAllocator allocator;
-  const auto flat_scene = gpu::upload_scene(flat, stream, allocator);
-  if (!flat_scene) return tl::unexpected(flat_scene.error());
-  const auto deep_scene = gpu::upload_scene(deep, stream, allocator);
-  if (!deep_scene) return tl::unexpected(deep_scene.error());
+  const auto flat = gpu::upload_scene(files[0], stream, allocator);
+  if (!flat) return tl::unexpected(flat.error());
+  const auto deep = gpu::upload_scene(files[1], stream, allocator);
+  if (!deep) return tl::unexpected(deep.error());
+  const auto shapes = gpu::upload_scene(files[2], stream, allocator);
+  if (!shapes) return tl::unexpected(shapes.error());
   const auto device_points = gpu::DeviceArray<Vec3>::from(points, stream, allocator);
   if (!device_points) return tl::unexpected(device_points.error());
   const std::vector<Results> empty(points.size());
   auto results = gpu::DeviceArray<Results>::from(empty, stream, allocator);
   if (!results) return tl::unexpected(results.error());
-  const auto done = launch_parts(parts, flat_scene->view, deep_scene->view, device_points->data(), results->data(),
+  const auto done = launch_parts(parts, {flat->view, deep->view, shapes->view}, device_points->data(), results->data(),
                                  static_cast<unsigned>(points.size()));
   if (!done) return tl::unexpected(done.error());
   return results->to_vector(stream);
@@ -194,6 +234,8 @@ int main(int count, char** arguments) {
   if (!object) return std::fprintf(stderr, "%s\n", object.error().message.c_str()), 1;
   const auto scene = make_scene(object->buffer.bytes(), motions);
   if (!scene) return std::fprintf(stderr, "%s\n", scene.error().message.c_str()), 1;
+  const auto shapes = make_shapes();
+  if (!shapes) return std::fprintf(stderr, "%s\n", shapes.error().message.c_str()), 1;
   Random random{2};
   std::vector<Vec3> points(1024);
   for (Vec3& point : points) {
@@ -201,29 +243,32 @@ int main(int count, char** arguments) {
     const float x = random.unit(false), y = random.unit(false), z = random.unit(false);
     point = size * Vec3(x, y, z);
   }
-  const auto results = on_device(parts, object->buffer.bytes(), scene->buffer.bytes(), points);
+  const auto results =
+      on_device(parts, {object->buffer.bytes(), scene->buffer.bytes(), shapes->buffer.bytes()}, points);
   if (!results) return std::fprintf(stderr, "%s\n", results.error().message.c_str()), 1;
   const auto view_of = [](const hiprt::build::Bvh& bvh) {
     return hiprt::make_scene_view(*hiprt::open_buffer(bvh.buffer.bytes()));
   };
-  const SceneView flat = view_of(*object), deep = view_of(*scene);
+  const Scenes scenes{view_of(*object), view_of(*scene), view_of(*shapes)};
   unsigned some[kParts] = {}, different = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     Results expected;
-    ask_host(parts, flat, deep, points[i], 0.25f * static_cast<float>(i % 5), expected);
+    ask_host(parts, scenes, points[i], 0.25f * static_cast<float>(i % 5), expected);
     some[kClosest] += expected.feature[0] != 0;
     some[kDeep] += expected.instance[1] != 0;
-    some[kNearest] += expected.squared[4] != 0.0;
+    some[kNearest] += expected.squared[5] != 0.0;
     some[kSigned] += expected.side == static_cast<std::uint32_t>(hiprt::Side::kInside);
     some[kBoxes] += expected.exact != 0;
     some[kDeepBoxes] += expected.boxes != 0;
+    some[kShapes] += expected.geometry != 0;
     if (std::memcmp(&expected, &(*results)[i], sizeof(Results)) != 0 && ++different <= 3)
       std::fprintf(stderr, "point %zu: squared %.17g %.17g, on the host %.17g %.17g\n", i, (*results)[i].squared[0],
                    (*results)[i].squared[1], expected.squared[0], expected.squared[1]);
   }
   std::printf(
-      "%zu points, queries %x: %u edges, %u inner instances, %u thirds, %u inside, %u and %u overlaps; %u differ\n",
-      points.size(), parts, some[0], some[1], some[2], some[3], some[4], some[5], different);
+      "%zu points, queries %x: %u edges, %u inner instances, %u thirds, %u inside, %u and %u overlaps, %u curves; %u "
+      "differ\n",
+      points.size(), parts, some[0], some[1], some[2], some[3], some[4], some[5], some[6], different);
   for (unsigned part = 0; part < kParts; ++part)
     if ((parts >> part & 1u) != 0 && some[part] < 50) return std::fprintf(stderr, "too few to tell\n"), 1;
   return different == 0 ? 0 : 1;

@@ -70,9 +70,6 @@ struct ExactNearest {
   Rational squared;
 };
 
-/// Whether builders drop a triangle (decision 0002): two corners are the same, or one is not finite.
-inline bool is_dropped(const Corners& c) { return !is_finite(c) || c.p0 == c.p1 || c.p1 == c.p2 || c.p2 == c.p0; }
-
 /// Geometries that the mask hides are skipped, and triangles that builders drop.
 inline ExactNearest nearest(std::span<const Mesh> meshes, const Rational3& p, std::uint32_t mask = 0xffffffffu) {
   ExactNearest best;

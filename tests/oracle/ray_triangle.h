@@ -27,6 +27,8 @@ struct Corners {
 
 inline bool is_finite(const Position& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
 inline bool is_finite(const Corners& c) { return is_finite(c.p0) && is_finite(c.p1) && is_finite(c.p2); }
+/// Whether builders drop a triangle (decision 0002): two corners are the same, or one is not finite.
+inline bool is_dropped(const Corners& c) { return !is_finite(c) || c.p0 == c.p1 || c.p1 == c.p2 || c.p2 == c.p0; }
 inline Position position(const Vec3& v) { return {v.x, v.y, v.z}; }
 inline Vec3 vec3(const Position& p) { return Vec3(p[0], p[1], p[2]); }
 

@@ -293,7 +293,11 @@ TEST_CASE("boxes contain their primitives exactly and are the smallest", "[primi
 }
 
 TEST_CASE("the same bits with every compiler and processor", "[primitives]") {
-  std::uint64_t digest = 0;
-  for (std::uint32_t i = 0; i < kDigestCases; ++i) digest += digest_case(i);
+  std::uint64_t digest = 0, points = 0;
+  for (std::uint32_t i = 0; i < kDigestCases; ++i) {
+    digest += digest_case(i);
+    points += digest_points(i);
+  }
   CHECK(digest == kDigest);
+  CHECK(points == kPointDigest);
 }

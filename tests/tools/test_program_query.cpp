@@ -12,7 +12,9 @@
 #include <tools/scene_io/rays_file.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -285,4 +287,88 @@ TEST_CASE("bvhquery: files do not depend on the number of threads; no queries an
   empty.points({0, 0, 0});
   CHECK(empty.ask("nearest").points.at(7).primitive == kInvalidId);
   CHECK(empty.ask("inside").numbers == std::vector<std::uint32_t>{0});
+}
+
+namespace {
+
+using Walk = std::vector<std::array<float, 4>>;
+
+/// Points with radii, in small and large steps, and back to where they were.
+Walk random_walk(Random& random, float offset) {
+  Walk walk(600);
+  std::array<float, 4> at{offset, 0, 0, 1};
+  for (std::size_t i = 0; i < walk.size(); ++i) {
+    const auto step = random.in_cube(random.log_uniform(1e-9, 2.0));
+    for (std::size_t k = 0; k < 3; ++k) at[k] += i % 50 == 49 ? -10 * step[k] : step[k];
+    at[3] = static_cast<float>(random.log_uniform(1e-3, 10));
+    walk[i] = i % 97 == 96 ? walk[i / 2] : at;
+  }
+  return walk;
+}
+
+/// @param width 3: points, 4: spheres. @param nearest 0: the closest.
+ResultFile ask_walk(QueryRuns& runs, const Walk& walk, unsigned width, unsigned nearest) {
+  std::vector<float> values;
+  for (const auto& at : walk) values.insert(values.end(), at.begin(), at.begin() + width);
+  width == 3 ? runs.points(values) : runs.spheres(values);
+  return nearest == 0 ? runs.ask("closest") : runs.ask("nearest", {"-k", std::to_string(nearest)});
+}
+
+}  // namespace
+
+TEST_CASE("bvhquery: results do not depend on the order of the queries") {
+  constexpr std::uint64_t kSeed = 20271201;
+  for (const float offset : {0.0f, 1e6f}) {
+    const TempFolder folder;
+    Soup soup(kSeed);
+    for (auto& p : soup.mesh.positions) p[0] += offset;
+    QueryRuns runs(folder, soup.build(folder, "sbvh"));
+    const Walk walk = random_walk(soup.random, offset);
+    std::vector<std::uint32_t> order(walk.size());
+    Walk shuffled(walk.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+    for (auto i = static_cast<std::uint32_t>(order.size()); i-- > 1;)
+      std::swap(order[i], order[soup.random.below(i + 1)]);
+    for (std::size_t i = 0; i < order.size(); ++i) shuffled[i] = walk[order[i]];
+    for (const unsigned width : {3u, 4u})
+      for (const unsigned nearest : {0u, 1u, 3u, 60u, 100u}) {
+        const ResultFile a = ask_walk(runs, walk, width, nearest), b = ask_walk(runs, shuffled, width, nearest);
+        INFO("seed " << kSeed << ", offset " << offset << ", width " << width << ", nearest " << nearest);
+        const std::size_t bytes = a.each * sizeof(tools::PointRecord);
+        for (std::size_t i = 0; i < order.size(); ++i)
+          REQUIRE(std::memcmp(&b.points[i * b.each], &a.points[order[i] * a.each], bytes) == 0);
+      }
+  }
+}
+
+TEST_CASE("bvhquery: spheres and curves of files, also in instances") {
+  const TempFolder folder;
+  const std::string balls = folder.write("balls.xyzr", "0 0 0 1\n6 0 0 2\n0 9 0 0.5\n"), bvh = folder / "balls.bvh";
+  check_quiet(run({kBvhBuild, balls, "-o", bvh}));
+  QueryRuns runs(folder, bvh);
+  // Outside, inside, and at a center.
+  runs.points({-3, 0, 0, 5, 0, 0, 0, 9, 0});
+  const ResultFile closest = runs.ask("closest");
+  const float expected[3][5] = {{2, -1, 0, 0, 0}, {1, 4, 0, 0, 1}, {0.5f, 0, 9, 0.5f, 2}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const tools::PointRecord& one = closest.points[i];
+    CHECK((one.distance == expected[i][0] && one.x == expected[i][1] && one.y == expected[i][2] &&
+           one.z == expected[i][3] && static_cast<float>(one.primitive) == expected[i][4] && one.feature == 0));
+  }
+  const ResultFile nearest = runs.ask("nearest", {"-k", "2"});
+  CHECK((nearest.points[0].primitive == 0 && nearest.points[1].primitive == 1 && nearest.points[1].distance == 7));
+  runs.spheres({-3, 0, 0, 7, -3, 0, 0, 1.5f});
+  const ResultFile within = runs.ask("within");
+  CHECK((within.first == std::vector<std::uint64_t>{0, 2, 2} && within.points[1].distance == 7));
+  json_of(run({kBvhQuery, bvh, "--slice", "z", "--query", "closest", "-o", folder / "balls.png", "--json"}));
+
+  folder.write("two.json", R"({"format": "hiprt scene", "version": 1, "scene": "two", "objects": {"a": ["balls.xyzr"]},
+    "groups": {"two": [{"object": "a", "translate": [100, 0, 0]}, {"object": "a", "scale": 2}]}})");
+  check_quiet(run({kBvhBuild, folder / "two.json", "-o", folder / "two.bvh"}));
+  QueryRuns two(folder, folder / "two.bvh");
+  two.points({-3, 0, 0, 97, 0, 0});
+  const ResultFile placed = two.ask("closest", {"--paths", folder / "two.paths"});
+  CHECK((placed.points[0].distance == 1 && placed.points[1].distance == 2));
+  const auto paths = tools::read_paths(folder / "two.paths");
+  CHECK((paths->paths[0].instance == 1 && paths->paths[1].instance == 0));
 }

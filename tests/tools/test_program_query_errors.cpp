@@ -61,7 +61,11 @@ TEST_CASE("bvhquery: bad files are failures that name the file and leave nothing
   refuse({bvh, "--boxes", points, "-o", out}, "in.queries: the number at byte 4 is 3 (points)");
   refuse({bvh, "--points", folder / "none", "-o", out}, "none");
   refuse({obj, "--points", points, "-o", out}, "a.obj: not a valid BVH file");
-  refuse({spheres, "--points", points, "-o", out}, "s.bvh: has custom primitives, spheres or curves");
+  for (const char* query : {"signed", "inside"})
+    refuse({spheres, "--points", points, "-o", out, "--query", query},
+           "s.bvh: has custom primitives, spheres or curves");
+  refuse({spheres, "--boxes", points, "-o", out}, "overlaps are those of triangles only");
+  refuse({spheres, "--slice", "z", "-o", folder / "a.png"}, "Use --query closest, nearest or within");
   refuse({bvh, "--points", points, "-o", points}, "in.queries");
   refuse({bvh, "--points", points, "-o", folder / "no/such"}, "no/such");
   refuse({bvh, "--points", points, "-o", out, "--paths", out}, "--output and --paths are one file");

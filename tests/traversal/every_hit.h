@@ -50,9 +50,6 @@ inline bool in_range(const Ray& ray, float t) {
   return t >= effective_tmin(ray) && t <= std::min(ray.tmax, std::numeric_limits<float>::max());
 }
 
-/// Whether a builder drops the triangle (input.h).
-inline bool is_dropped(const Corners& c) { return !is_finite(c) || c.p0 == c.p1 || c.p1 == c.p2 || c.p2 == c.p0; }
-
 /// A leaf of one triangle, corners as in the mesh.
 inline PlanesLeaf leaf_of(const Corners& c, std::uint32_t geometry, std::uint32_t primitive) {
   PlanesLeaf leaf{};

@@ -75,8 +75,9 @@ build::Result<BvhFile> map_bvh(const std::filesystem::path& path, unsigned threa
 build::Result<void> check_triangles_only(const std::filesystem::path& path, const BufferView& view) {
   if ((view.header->features & feature_bit(Feature::kCustom)) == 0) return {};
   return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
-                                     path.string() + ": has custom primitives, spheres or curves; points and boxes "
-                                                     "find triangles only. Build a file of the meshes alone"});
+                                     path.string() + ": has custom primitives, spheres or curves: insides and overlaps "
+                                                     "are those of triangles only. Use --query closest, nearest or "
+                                                     "within, or build a file of the meshes alone"});
 }
 
 build::Result<void> check_traceable(const std::filesystem::path& path, const BufferView& view) {

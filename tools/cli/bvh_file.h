@@ -41,7 +41,7 @@ build::Result<BvhFile> map_bvh(const std::filesystem::path& path, unsigned threa
 /// it has more levels of instances or needs more stack entries than trace_limits.h allows.
 build::Result<void> check_traceable(const std::filesystem::path& path, const BufferView& view);
 
-/// Whether points and boxes can be asked of a file.
+/// Whether insides and overlaps can be asked of a file.
 /// @return kInvalidInput if it or one of its objects has custom primitives, spheres or curves.
 build::Result<void> check_triangles_only(const std::filesystem::path& path, const BufferView& view);
 

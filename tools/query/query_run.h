@@ -44,6 +44,10 @@ constexpr bool can_ask(QueryShape shape, QueryKind kind) {
   const bool overlaps = kind == QueryKind::kOverlaps || kind == QueryKind::kAnyOverlap;
   return shape == QueryShape::kSphere ? kind != QueryKind::kInside : overlaps == (shape == QueryShape::kBox);
 }
+/// Whether spheres and curves of a file cannot be asked so: they have no inside, and overlaps are those of triangles.
+constexpr bool needs_triangles(QueryKind kind) {
+  return kind != QueryKind::kClosest && kind != QueryKind::kNearest && kind != QueryKind::kWithin;
+}
 /// Whether the results are lists, of any length.
 constexpr bool has_lists(QueryKind kind) { return kind == QueryKind::kWithin || kind == QueryKind::kOverlaps; }
 /// Whether the results are points; else they are numbers.

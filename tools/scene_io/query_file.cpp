@@ -3,6 +3,8 @@
 #include <tools/base/errors.h>
 #include <tools/base/memory_limit.h>
 #include <tools/base/read_input.h>
+#include <tools/scene_io/npy_file.h>
+#include <tools/scene_io/query_npy.h>
 
 #include <hiprt_build/file.h>
 
@@ -50,6 +52,7 @@ build::Result<QueryBatch> read_queries(const std::filesystem::path& path, QueryS
   const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
+  if (is_npy(bytes) || is_npy_name(path)) return decode_npy_queries(path, bytes, shape);
   const std::string name = path.string() + ": ", what = plural(shape);
   const auto wanted = static_cast<std::uint32_t>(shape);
   Header header{};

@@ -8,6 +8,7 @@
 ///               0xffffffff.
 ///     lists     u32 count, u32 0, (count + 1) x u64, records. Those of query i begin at record number i of these, and
 ///               end before number i + 1.
+///     .npy      arrays of numpy (query_npy.h)
 ///
 /// Records are PointRecord, or a u32: a primitive (of overlaps), or 1 for inside and 0 for outside. Primitives are
 /// numbered as in hit files (rays_file.h).
@@ -46,8 +47,8 @@ struct PointRecord {
 static_assert(sizeof(PointRecord) == 32);
 
 /// @param shape that the file must have.
-/// @return kIo if the file cannot be read, kInvalidInput if it has another shape or its size does not fit its count.
-/// The values are not checked: queries that are not finite find nothing.
+/// @return kIo if the file cannot be read, kInvalidInput if it has another shape (.npy: or type) or its size does not
+/// fit its count. The values are not checked: queries that are not finite find nothing.
 build::Result<QueryBatch> read_queries(const std::filesystem::path& path, QueryShape shape);
 build::Result<void> write_queries(const std::filesystem::path& path, const QueryBatch& batch);
 

@@ -23,12 +23,12 @@ template <class Result> struct ResultSink {
 /// Largest size of a result with a path, in bytes.
 inline constexpr std::size_t kPathPointBytes = sizeof(PathClosestPoint<kTraceLevels>);
 
-/// Closest points of triangles.
+/// Closest points of triangles, spheres and curves.
 struct PointJob {
   const SceneView* scene;
   const PointQuery* queries;
   std::size_t count;
-  /// So many nearest ones of each query, each triangle once, in order. 0: all within max_distance, in no order, and a
+  /// So many nearest ones of each query, each once, in order. 0: all within max_distance, in no order, and a
   /// triangle may come several times.
   std::uint32_t nearest;
   void* scratch;  ///< nearest * kPathPointBytes, aligned for any type.
@@ -58,7 +58,7 @@ struct OverlapJob {
 };
 
 /// Run a job on the calling thread.
-/// @pre check_traceable() and check_triangles_only() (bvh_file.h) accept the scene's file.
+/// @pre check_traceable() (bvh_file.h) accepts the scene's file. For the other two jobs check_triangles_only() does.
 /// @return false: a stack was too small.
 bool find(const PointJob& job);
 bool find(const SideJob& job);
