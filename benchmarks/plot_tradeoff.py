@@ -2,10 +2,9 @@
 """Plots JSON of bench_tradeoff: speed against each kind of fault. See --help."""
 
 import json
-import os
 import sys
 
-from variant_report.json_file import InputError
+from variant_report.json_file import InputError, content
 from variant_report.plots import load_pyplot, save
 from variant_report.runs import geometric_mean
 from variant_report.script import Parser, run_script, write_together
@@ -20,8 +19,7 @@ FORMAT = "hiprt bench_tradeoff 1"
 class Tradeoff:
     def __init__(self, path):
         try:
-            with open(path, encoding="utf-8") as file:
-                self.json = json.load(file)
+            self.json = json.loads(content(path).decode("utf-8"))
             if self.json["format"] != FORMAT:
                 raise InputError(f"{path}: the format is '{self.json['format']}', '{FORMAT}' expected")
             self.device = self.json["device"]["name"]
@@ -32,8 +30,6 @@ class Tradeoff:
                            for row in self.json["faults"]]
             self.errors = [(row["subject"], row["rays"], row["missed"] + row["wrong_surface"], row["t"]["p999"],
                             row["point"]["p999"]) for row in self.json["errors"]]
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror}") from error
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise InputError(f"{path}: not JSON of bench_tradeoff: {error}") from error
 

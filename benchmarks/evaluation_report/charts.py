@@ -84,7 +84,7 @@ def relative_time_to_image(scene, hierarchy):
     if yardstick is None:
         return None
     entries, counts = scene.of_hierarchy(hierarchy), sample_counts(scene, hierarchy)
-    counts = [counts[0] * (counts[-1] / counts[0]) ** (i / 160) for i in range(161)]
+    counts = [counts[0] * (counts[-1] / counts[0]) ** (i / 80) for i in range(81)]
     ratio = lambda entry, n: entry.image_seconds(n) / yardstick.image_seconds(n)  # noqa: E731
     ends = [ratio(entry, counts[-1]) for entry in entries]
     low = min(0.5, 0.95 * min(ratio(entry, n) for entry in entries for n in counts))
@@ -96,9 +96,9 @@ def relative_time_to_image(scene, hierarchy):
         points = [(across.place(n), up.place(ratio(entry, n))) for n in counts if ratio(entry, n) <= top]
         picture.curve(points, series(entry), entry.name(), entry.tracer != "hiprt")
     for slow, fast, (samples, _, _) in crossovers(scene, hierarchy):
-        if fast is yardstick and counts[0] <= samples <= counts[-1]:
-            words = f"{slow.name()} is ahead of {YARDSTICK} from {numbers.samples(samples)} samples on"
-            picture.dot(across.place(samples), up.place(1), series(slow), words)
+        if yardstick in (slow, fast) and counts[0] <= samples <= counts[-1]:
+            words = f"{slow.name()} is ahead of {fast.name()} from {numbers.samples(samples)} samples on"
+            picture.dot(across.place(samples), up.place(1), series(slow if fast is yardstick else fast), words)
     end_labels(picture, [up.place(end) for end in ends], entries, across, up)
     return picture
 
@@ -117,7 +117,8 @@ def trace_bars(scene):
     for k, kind in enumerate(kinds):
         largest = max(scene.wave_seconds(entry, kind) for entry in scene.entries)
         scale = Scale(0, largest, left + panel * k, left + panel * (k + 1) - 78, False)
-        picture.text(scale.start, 42, f"{kind} ({len(scene.wave_names(kind))} x)", "head")
+        waves = len(scene.wave_names(kind))
+        picture.text(scale.start, 42, f"{kind}, mean of {waves} waves" if waves > 1 else kind, "head")
         for i, key in enumerate(entry.key() for entry in rows):
             for f, hierarchy in enumerate(hierarchies):
                 entry = scene.entry(hierarchy, key[1], key[0])
@@ -197,13 +198,13 @@ def charts(scene):
         found.append((f"time_to_image_{hierarchy}",
                       f"Time to image, {HIERARCHIES[hierarchy]}: build, then all waves of each sample.",
                       time_to_image(scene, hierarchy)))
-        bounces = bounce_curves(scene, hierarchy)
-        if bounces:
-            found.append((f"bounces_{hierarchy}", f"Time per ray of each diffuse bounce, {HIERARCHIES[hierarchy]}.",
-                          bounces))
         relative = relative_time_to_image(scene, hierarchy)
         if relative:
             found.append((f"time_to_image_relative_{hierarchy}",
                           f"The same, {HIERARCHIES[hierarchy]}, relative to {YARDSTICK}'s; rings are crossovers.",
                           relative))
+        bounces = bounce_curves(scene, hierarchy)
+        if bounces:
+            found.append((f"bounces_{hierarchy}", f"Time per ray of each diffuse bounce, {HIERARCHIES[hierarchy]}.",
+                          bounces))
     return found

@@ -29,8 +29,11 @@ def crossover(slow, fast):
 
 
 def crossovers(scene, hierarchy):
-    """@return (slow entry, fast entry, crossover) of all pairs that were measured."""
-    pairs = [(scene.entry(hierarchy, slow), scene.entry(hierarchy, fast)) for slow in SLOW for fast in FAST]
+    """@return (slow entry, fast entry, crossover) of all pairs that were measured. All builders count as slow beside
+    Vulkan."""
+    slow = {name: scene.entry(hierarchy, name) for name in SLOW + FAST}
+    pairs = [(slow[name], slow[fast]) for name in SLOW for fast in FAST]
+    pairs += [(entry, vulkan) for entry in slow.values() for vulkan in scene.vulkan(hierarchy)]
     return [(slow, fast, crossover(slow, fast)) for slow, fast in pairs if slow and fast]
 
 

@@ -86,5 +86,5 @@ def all_charts(evaluation):
     for pictures in found.values():
         for i, (name, caption, picture) in enumerate(pictures):
             picture.title += note
-            pictures[i] = (name, caption.removesuffix(".") + note + ".", picture)
+            pictures[i] = (name, caption + (" The GPU has no RT cores." if note else ""), picture)
     return found

@@ -66,7 +66,7 @@ BVHs.</p>"""
 
 
 def facts(evaluation):
-    entries = [("device", evaluation.device_name)]
+    entries = [("device", evaluation.device_name + evaluation.device_note())]
     if evaluation.device == "cpu":
         entries.append(("threads", f"{evaluation.threads}, kernels for {evaluation.isa}"))
     else:

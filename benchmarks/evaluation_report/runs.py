@@ -110,6 +110,9 @@ class Scene:
         """@return None if it was not measured."""
         return next((e for e in self.of_hierarchy(hierarchy) if e.key() == (tracer, builder)), None)
 
+    def vulkan(self, hierarchy):
+        return [entry for entry in self.of_hierarchy(hierarchy) if entry.tracer == "vulkan"]
+
     def kinds(self):
         return [kind for kind in KINDS if any(wave["kind"] == kind for wave in self.waves.values())]
 
@@ -162,8 +165,8 @@ class Evaluation:
             raise file.member("scenes").fault("a scene is there twice")
 
     def device_note(self):
-        """@return what stands beside every figure: ", no RT cores" for a GPU without them, else nothing."""
-        return ", no RT cores" if self.device == "gpu" and without_ray_cores(self.device_name) else ""
+        """@return what stands beside every figure: " (no RT cores)" for a GPU without them, else nothing."""
+        return " (no RT cores)" if self.device == "gpu" and without_ray_cores(self.device_name) else ""
 
     def hierarchies(self):
         return [hierarchy for hierarchy in HIERARCHIES if any(scene.of_hierarchy(hierarchy) for scene in self.scenes)]

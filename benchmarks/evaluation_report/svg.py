@@ -8,6 +8,8 @@ SERIES = [("#1f77b4", "#6cb4ee"), ("#d1571b", "#ff9b57"), ("#2a8a3a", "#6fd07d")
           ("#b8860b", "#e8c14a"), ("#c2185b", "#ff7aa8"), ("#5f6b76", "#a9b4bf"), ("#3d4852", "#d0d7de"),
           ("#84919d", "#7d8b98"), ("#00897b", "#4dd0c0")]
 
+TITLE_HEIGHT = 28
+
 STYLE = """
 text { font: 12px system-ui, -apple-system, "Segoe UI", sans-serif; fill: var(--ink) }
 .small { font-size: 11px; fill: var(--soft) }
@@ -52,7 +54,7 @@ class Picture:
                           f"<title>{html.escape(words)}</title></rect>")
 
     def curve(self, points, series, words, dashed=False):
-        path = " ".join(f"{number(x)},{number(y)}" for x, y in points)
+        path = " ".join(f"{number(round(x, 1))},{number(round(y, 1))}" for x, y in points)
         kind = "curve dashed" if dashed else "curve"
         self.parts.append(f'<polyline class="{kind}" stroke="var(--series{series})" points="{path}">'
                           f"<title>{html.escape(words)}</title></polyline>")
@@ -66,13 +68,14 @@ class Picture:
                 f'aria-label="{html.escape(self.title)}">{"".join(self.parts)}</svg>')
 
     def standalone(self):
-        """@return the text of an SVG file."""
+        """@return the text of an SVG file. Its title stands above the picture."""
+        title, height = html.escape(self.title), number(self.height + TITLE_HEIGHT)
         style = (f":root {{ {variables(0)} }} @media (prefers-color-scheme: dark) {{ :root {{ {variables(1)} }} }} "
                  f"{STYLE}")
-        return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(self.width)} {number(self.height)}" '
-                f'width="{number(self.width)}" height="{number(self.height)}"><title>{html.escape(self.title)}</title>'
-                f'<style>{style}</style><rect width="100%" height="100%" fill="var(--paper)"/>'
-                f'{"".join(self.parts)}</svg>\n')
+        return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 {-TITLE_HEIGHT} {number(self.width)} {height}" '
+                f'width="{number(self.width)}" height="{height}"><title>{title}</title>'
+                f'<style>{style}</style><rect y="{-TITLE_HEIGHT}" width="100%" height="100%" fill="var(--paper)"/>'
+                f'<text class="head" x="8" y="-10">{title}</text>{"".join(self.parts)}</svg>\n')
 
 
 class Scale:

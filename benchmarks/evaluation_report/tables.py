@@ -6,7 +6,7 @@ import math
 from variant_report.runs import geometric_mean
 
 from . import numbers
-from .curves import FAST, SLOW, crossover
+from .curves import FAST, SLOW, crossovers
 from .overview import figures, ratios
 from .runs import DISAGREEMENTS, HIERARCHIES, YARDSTICK, tracer_name
 
@@ -57,7 +57,7 @@ def overview(evaluation):
     if not rows:
         return ""
     return table(f"Times, cost and size relative to {YARDSTICK} of the same hierarchy: "
-                 "geometric means over scenes, less is better",
+                 f"geometric means over scenes, less is better{evaluation.device_note()}",
                  ["", *(name for name, _ in columns)], rows, evaluation.command)
 
 
@@ -82,7 +82,8 @@ def builders(evaluation, scene):
         bounds = {figure: best(entries, figure) for figure in
                   [lambda e: e.build_seconds, lambda e: e.sah_cost, lambda e: e.sample_seconds()]}
         rows += [builder_row(scene, entry, kinds, entries, list(bounds.values())) for entry in entries]
-    return table("Builders: medians; the best of each hierarchy is bold", head, rows, evaluation.command_of(scene))
+    caption = f"Builders: medians; the best of each hierarchy is bold{evaluation.device_note()}"
+    return table(caption, head, rows, evaluation.command_of(scene))
 
 
 def builder_row(scene, entry, kinds, entries, bounds):
@@ -101,25 +102,26 @@ def builder_row(scene, entry, kinds, entries, bounds):
 
 
 def crossover_table(evaluation, scene):
+    modes = list({entry.key(): entry.name() for h in HIERARCHIES for entry in scene.vulkan(h)}.items())
+    columns = [("hiprt", fast) for fast in FAST] + [key for key, _ in modes]
     rows = []
     for hierarchy in HIERARCHIES:
-        part = []
-        for slow in SLOW:
-            entry = scene.entry(hierarchy, slow)
-            pairs = [(entry, scene.entry(hierarchy, fast)) for fast in FAST]
-            if entry and any(fast for _, fast in pairs):
-                part.append([slow, *(crossover_words(crossover(entry, fast)) if fast else "" for _, fast in pairs)])
+        found = {(slow.builder, fast.key()): crossover for slow, fast, crossover in crossovers(scene, hierarchy)}
+        part = [[slow, *(crossover_words(found.get((slow, key))) for key in columns)]
+                for slow in SLOW + FAST if any((slow, key) in found for key in columns)]
         if part:
             rows += [[HIERARCHIES[hierarchy]], *part]
     if not rows:
         return ""
-    return table("Crossover: samples per pixel from which the slower build has the image first "
-                 "(quartiles of the rounds)",
-                 ["against", *FAST], rows, evaluation.command_of(scene))
+    return table("Crossover: samples per pixel from which the builder of the row has the image first "
+                 f"(quartiles of the rounds){evaluation.device_note()}",
+                 ["against", *FAST, *(name for _, name in modes)], rows, evaluation.command_of(scene))
 
 
 def crossover_words(found):
-    """@return the crossover, with its range if there is one."""
+    """@return the crossover, with its range if there is one. Empty if it was not measured."""
+    if found is None:
+        return ""
     samples, least, most = found
     if not math.isfinite(samples) or samples == 0 or not math.isfinite(least):
         return numbers.samples(samples)
