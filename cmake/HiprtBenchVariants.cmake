@@ -64,6 +64,7 @@ set(hiprt_selections_small
   "answers=hit queries=closest"
   "features=custom schedules=postponed queries=all"
   "layouts=float tests=watertight-hardware queries=closest"
+  "layouts=float tests=watertight-hardware stacks=tiered8 schedules=immediate queries=closest"
   "layouts=half tests=hardware schedules=immediate queries=closest")
 set(hiprt_selections_full
   "layouts=* schedules=immediate,postponed,batch1,batch12,batch16 tests=accurate,fast"
@@ -88,7 +89,8 @@ set(hiprt_selections_full
   "layouts=planes,quantized stacks=rolling schedules=batch12 blocks=*"
   "layouts=* queries=all schedules=immediate,postponed features=triangles,masks"
   "layouts=float,half tests=watertight-hardware,hardware schedules=immediate,postponed,batch12"
-  "layouts=float,half tests=watertight-hardware,hardware stacks=rolling schedules=postponed,batch12")
+  "layouts=float,half tests=watertight-hardware,hardware stacks=rolling schedules=postponed,batch12"
+  "layouts=float,half tests=watertight-hardware stacks=tiered8 schedules=immediate,postponed,batch12")
 
 # hiprt_axis_type(<axis> <value> <variable>): the C++ type of a value, or an error that lists the values.
 function(hiprt_axis_type axis value variable)

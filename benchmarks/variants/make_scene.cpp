@@ -1,7 +1,7 @@
 /// make_bench_scene DIR TRIANGLES: generates scenes for bench_variants in every layout.
 /// Files:
-/// procedural.LAYOUT.bvh, and procedural_boxes.LAYOUT.bvh with boxes as custom primitives among the triangles;
-/// instances/turned.planes.bvh, instances of two objects.
+/// procedural.LAYOUT.bvh, with widened boxes where the layout can have them, and procedural_boxes.LAYOUT.bvh with boxes
+/// as custom primitives among the triangles; instances/turned.planes.bvh, instances of two objects.
 
 #include "../common/procedural.h"
 #include "../common/random.h"
@@ -10,6 +10,7 @@
 #include <hiprt_build/file.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/motion.h>
+#include <hiprt_device/format/widened_boxes.h>
 
 #include <charconv>
 #include <cstring>
@@ -59,7 +60,8 @@ build::Result<void> write_boxes(const std::filesystem::path& path, const std::ve
 build::Result<void> write_trees(const std::filesystem::path& folder, const std::string& name,
                                 const build::SceneInput& input) {
   for (const NamedLayout& layout : kLayouts) {
-    const auto bvh = build::build(input, {.nodes = layout.layout, .tool = "make_bench_scene"});
+    const auto bvh = build::build(
+        input, {.nodes = layout.layout, .widen_boxes = may_be_widened(layout.layout), .tool = "make_bench_scene"});
     if (!bvh) return tl::unexpected(bvh.error());
     const auto path = folder / (name + "." + layout.name + ".bvh");
     if (auto written = build::write_file(path, bvh->buffer.bytes()); !written) return written;

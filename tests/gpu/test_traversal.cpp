@@ -169,5 +169,5 @@ TEST_CASE("AMD's ray instruction") {
 TEST_CASE("every axis") {
   check_axis("mixed", mixed_variants());
   check_axis("custom primitives", custom_variants().last(1));
-  if (has_ray_instruction()) check_hardware("ray instruction", hardware_variants().last(2));
+  if (has_ray_instruction()) check_hardware("ray instruction", hardware_variants().last(3));
 }

@@ -38,6 +38,8 @@ Variant hardware(const char* name) {
 std::span<const Variant> hardware_variants() {
   using Private = InPrivate<64>;
   using Rolling = RollingInGrid<8>;
+  // So small that most rays use both parts.
+  using Tiered = InTiers<2, 64>;
   static const Variant variants[] = {
       hardware<Hardware<FloatLayout, Watertight, Private>, Private, Query::kClosest>("float, closest"),
       hardware<Hardware<FloatLayout, Watertight, Private>, Private, Query::kAny>("float, any"),
@@ -50,6 +52,7 @@ std::span<const Variant> hardware_variants() {
       hardware<Hardware<FloatLayout, HardwareTriangle, Private>, Private, Query::kClosest>(
           "float, closest, triangles too"),
       hardware<Hardware<HalfLayout, Watertight, Rolling>, Rolling, Query::kClosest>("half, rolling, closest"),
+      hardware<Hardware<FloatLayout, Watertight, Tiered>, Tiered, Query::kClosest>("float, tiered, closest"),
   };
   return variants;
 }

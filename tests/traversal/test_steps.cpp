@@ -10,7 +10,10 @@
 
 #include <tests/catch.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -59,6 +62,40 @@ template <unsigned kShared, unsigned kEntries, class Entry> void check_tiered_ro
     for (unsigned i = before + kMostPushed; i-- > 0;) REQUIRE(stack.pop() == entry(i));
     REQUIRE(stack.empty());
   }
+}
+
+/// Children as the ray instruction sorts them, pushed and popped at random beside a vector.
+/// @param storage of a stack with room for @p capacity references.
+template <class Stack> void check_sorted(const typename Stack::Storage& storage, unsigned capacity, Random& random) {
+  CAPTURE(capacity);
+  BacktrackOf<Stack, NodeRef> backtrack(storage, NodeRef{8});
+  std::vector<NodeRef> expected;
+  NodeRef next = 16;
+  for (unsigned step = 0; step < 2000; ++step) {
+    const std::size_t others = random.below(kBranching);
+    NodeRef child[kBranching];
+    for (unsigned i = 0; i < kBranching; ++i) child[i] = i <= others ? next++ : kInvalidRef;
+    const bool pushed = random.below(3) != 0 && backtrack.later_sorted(child);
+    if (pushed) {
+      REQUIRE(expected.size() + others <= capacity);
+      for (std::size_t i = others; i > 0; --i) expected.push_back(child[i]);
+    } else {
+      // A stack may only be full where the most that a node leaves would not fit.
+      if (expected.size() + kMostPushed <= capacity) REQUIRE(backtrack.reserve());
+      const float anywhere = std::numeric_limits<float>::infinity();
+      REQUIRE(backtrack.pop(anywhere) == (expected.empty() ? kInvalidRef : expected.back()));
+      if (!expected.empty()) expected.pop_back();
+    }
+  }
+}
+
+template <unsigned kShared, unsigned kEntries> void check_tiered_sorted(Random& random) {
+  CAPTURE(kShared);
+  using Stack = TieredStack<kShared, kEntries>;
+  constexpr unsigned kThreads = 3;
+  std::vector<StackEntry> block(kThreads * kShared);
+  typename Stack::Memory memory;
+  check_sorted<Stack>({block.data(), 1, kThreads, memory}, std::max(kEntries, 2 * kShared), random);
 }
 
 struct Counting : Policies {
@@ -124,6 +161,20 @@ class Fork {
 };
 
 }  // namespace
+
+TEST_CASE("sorted children are pushed and popped in order, in every stack", "[stack]") {
+  constexpr std::uint64_t kSeed = 33;
+  INFO("seed " << kSeed);
+  Random random(kSeed);
+  PrivateStack<9>::Memory memory;
+  check_sorted<PrivateStack<9>>(memory, 9, random);
+  std::vector<StackEntry> block(3 * 9);
+  check_sorted<SharedStack<9>>({block.data(), 1, 3}, 9, random);
+  check_tiered_sorted<1, 9>(random);
+  check_tiered_sorted<2, 9>(random);
+  check_tiered_sorted<4, 16>(random);
+  check_tiered_sorted<8, 9>(random);
+}
 
 TEMPLATE_TEST_CASE("stacks have room for exactly their capacity", "", StackEntry, NodeRef) {
   constexpr unsigned kThreads = 3;

@@ -13,7 +13,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// NVIDIA's local memory puts the same word of all lanes side by side. Lanes whose stacks differ in size use four
 /// bytes of every 32-byte sector that they move, and the stacks fill the L1 cache. In scenes of many instances this
 /// stack is faster than a PrivateStack; with coherent rays it is slower. docs/decisions/0010-traversal-on-gpus.md has
-/// the numbers. On AMD GPUs it was not measured.
+/// the numbers. For AMD GPUs docs/PERFORMANCE_AMD.md has counts.
 /// @tparam kShared entries in shared memory: those at the bottom of the stack. Twice as many fit where the order keeps
 ///         bare node references.
 /// @tparam kEntries capacity.

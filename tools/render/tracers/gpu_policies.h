@@ -79,7 +79,7 @@ constexpr bool fits(const GpuPolicy& policy, std::string_view architecture, cons
 }
 
 /// @param architecture as gpu::Device has it.
-/// @param has_kernel whether there is a kernel for an index of kGpuPolicies. It is called for those that fit.
+/// @param has_kernel whether there is a kernel for an index of kGpuPolicies. Called for each that fits.
 /// @return an index of kGpuPolicies, or its size if no policy fits.
 template <class HasKernel>
 constexpr std::size_t choose_gpu_policy(std::string_view architecture, const SceneView& scene, HasKernel&& has_kernel) {
