@@ -14,8 +14,8 @@
 
 PROGRAM is bench_variants, compiled for ARCH. FLAGs are its flags, such as --scenes=DIR --width=128 --height=128
 --pixels=tiles. Counts do not depend on the machine that emulates. They are no times: amdrun knows no caches and no
-latencies. Exit status: 0; 1 where a count is too high or a program fails; 2 for a wrong command line; 77 where amdrun is
-not here, or the table knows no count of the compiler.
+latencies. Exit status: 0; 1 where a count is too high or a program fails; 2 for a wrong command line; 77 where amdrun
+is not here, or the table knows no count of the compiler.
 """
 import argparse
 import json
@@ -96,8 +96,8 @@ def tables(figures, arch):
         mine = [f for f in figures if (f['scene'], f['tree']) == scene]
         kinds = list(dict.fromkeys(f['kind'] for f in mine))
         lines += [f'## {scene[0]}.{scene[1]}, {arch}: {" / ".join(kinds)}', '',
-                  '| variant | wave instructions | VALU | active lanes | 128-byte lines | lines of scratch | registers | '
-                  'scratch bytes | waves |', '|---|---|---|---|---|---|---|---|---|']
+                  '| variant | wave instructions | VALU | active lanes | 128-byte lines | lines of scratch '
+                  '| registers | scratch bytes | waves |', '|---|---|---|---|---|---|---|---|---|']
         for name in dict.fromkeys(name_of(f) for f in mine):
             row = {f['kind']: f for f in mine if name_of(f) == name}
             cells = [name]

@@ -14,10 +14,10 @@ set(hiprt_axes queries layouts stacks schedules tests orders features blocks ans
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
 # -paths: the state per level of instances (PathMemory) is in shared memory.
-set(hiprt_values_stacks private=PrivateStorage shared-paths=SharedPathStorage tiered=TieredStorage<16> tiered8=TieredStorage<8>
-  tiered22=TieredStorage<22> tiered-paths=TieredPathStorage<16> tiered22-paths=TieredPathStorage<22>
-  shared=SharedStorage rolling=RollingStorage rolling-pool=RollingPoolStorage global=GlobalStorage
-  restart=RestartStorage)
+set(hiprt_values_stacks private=PrivateStorage shared-paths=SharedPathStorage tiered=TieredStorage<16>
+  tiered8=TieredStorage<8> tiered22=TieredStorage<22> tiered-paths=TieredPathStorage<16>
+  tiered22-paths=TieredPathStorage<22> shared=SharedStorage rolling=RollingStorage rolling-pool=RollingPoolStorage
+  global=GlobalStorage restart=RestartStorage)
 # batchN has the default kSearchAbove; batchNvM sets it to M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
   batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)

@@ -1,7 +1,8 @@
 /// make_bench_scene DIR TRIANGLES: generates scenes for bench_variants in every layout.
 /// Files:
-/// procedural.LAYOUT.bvh, with widened boxes where the layout can have them, and procedural_boxes.LAYOUT.bvh with boxes
-/// as custom primitives among the triangles; instances/turned.planes.bvh, instances of two objects.
+/// procedural.LAYOUT.bvh, and procedural_boxes.LAYOUT.bvh with boxes as custom primitives among the triangles;
+/// instances/turned.planes.bvh, instances of two objects.
+/// Boxes are widened where the layout can have that.
 
 #include "../common/procedural.h"
 #include "../common/random.h"

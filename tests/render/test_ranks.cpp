@@ -84,7 +84,7 @@ TEST_CASE("bvhrender under mpirun: the other modes") {
 }
 
 TEST_CASE("bvhrender under mpirun: a rank that is killed at a random moment") {
-  if (skip_without(mpirun(), "killed ranks")) return;
+  if (skip_without(mpirun(), "killed ranks") || skip_kills("killed ranks")) return;
   const std::uint64_t seed = 20261127;
   CAPTURE(seed);
   oracle::Random random(seed);
@@ -134,7 +134,7 @@ TEST_CASE("bvhrender under mpirun: a rank that is killed at a random moment") {
 }
 
 TEST_CASE("bvhrender under mpirun: a lost rank ends the run with its name, and --lossy-ranks goes on") {
-  if (skip_without(mpirun(), "lost ranks")) return;
+  if (skip_without(mpirun(), "lost ranks") || skip_kills("lost ranks")) return;
   const TempFolder folder;
   const std::string scene = write_squares(folder), kept = folder / "kept";
   const Words words =
@@ -165,7 +165,7 @@ TEST_CASE("bvhrender under mpirun: a lost rank ends the run with its name, and -
 }
 
 TEST_CASE("bvhrender under mpirun: a rank that stands still for a second") {
-  if (skip_without(mpirun(), "delayed ranks")) return;
+  if (skip_without(mpirun(), "delayed ranks") || skip_kills("delayed ranks")) return;
   const TempFolder folder;
   const std::string scene = write_squares(folder);
   const Words words = picture(scene, true, 4);
@@ -185,7 +185,7 @@ TEST_CASE("bvhrender under mpirun: a rank that stands still for a second") {
 }
 
 TEST_CASE("bvhrender under mpirun: everything killed, then resumed with other numbers of ranks") {
-  if (skip_without(mpirun(), "resuming under mpirun")) return;
+  if (skip_without(mpirun(), "resuming under mpirun") || skip_kills("resuming under mpirun")) return;
   for (const bool paths : {false, true}) {
     const TempFolder folder;
     const std::string scene = write_squares(folder), kept = folder / "kept", out = folder / "out.exr";

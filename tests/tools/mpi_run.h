@@ -4,6 +4,8 @@
 #include "run_command.h"
 #include "temp_folder.h"
 
+#include <tests/amount.h>
+
 #include <tests/catch.h>
 
 #include <cctype>
@@ -45,6 +47,17 @@ inline Words under_mpirun(const std::string& mpirun, unsigned ranks, const Words
 inline bool skip_without(const std::string& mpirun, const char* name) {
   if (mpirun.empty()) std::printf("SKIPPED: %s: no mpirun, or a build without MPI\n", name);
   return mpirun.empty();
+}
+
+/// What skips a case whose ranks must work for seconds, so that one can be killed. In sanitized builds that is minutes:
+/// in the quick set the optimised build runs them.
+inline bool skip_kills(const char* name) {
+#if defined(HIPRT_CHECKS_SLOW) && defined(HIPRT_QUICK_TESTS)
+  std::printf("SKIPPED: %s: the optimised build runs it\n", name);
+  return true;
+#else
+  return name == nullptr;
+#endif
 }
 
 /// A program under mpirun. All its processes carry a mark in their environment.

@@ -104,6 +104,7 @@ TEST_CASE("bvhtrace in blocks: the bytes of all rays at once, for any size of bl
 }
 
 TEST_CASE("bvhtrace --resume: killed at random moments, then whole; other work is refused") {
+  if (skip_kills("killed runs")) return;
   const TempFolder folder;
   write_inputs(folder, 200'000);
   run(trace(folder, "whole"));
@@ -163,7 +164,7 @@ TEST_CASE("bvhtrace in blocks: faults leave nothing behind") {
 TEST_CASE("bvhtrace under mpirun: 1, 2, 3 and 5 ranks, a killed rank, and a resumed run") {
   if (skip_without(mpirun(), "bvhtrace under mpirun")) return;
   const TempFolder folder;
-  write_inputs(folder, 400'000);
+  write_inputs(folder, checks::kWorkDivisor < 25 ? 400'000 : 40'000);
   run(trace(folder, "whole"));
   for (const unsigned ranks : {1u, 2u, 3u, 5u}) {
     CAPTURE(ranks);
@@ -174,6 +175,7 @@ TEST_CASE("bvhtrace under mpirun: 1, 2, 3 and 5 ranks, a killed rank, and a resu
     CHECK(result.err.empty());
     check_same(folder, "ranks");
   }
+  if (skip_kills("killed ranks of bvhtrace")) return;
   const std::string kept = folder / "kept";
   const auto kill_one = [&](const Words& more) {
     std::error_code none;

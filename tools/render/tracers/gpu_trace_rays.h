@@ -55,6 +55,14 @@ requires(kSchedule.fetch_below == 0) struct ScheduleOf<kSchedule> {
   using Type = Immediate;
 };
 
+/// Whether HIPRT_FEW_TRACE_KERNELS leaves out other layouts and tests than the default ones. Rolling stacks are for
+/// trees that are deeper than those of the builders.
+#if HIPRT_FEW_TRACE_KERNELS
+constexpr bool is_rare(const GpuPolicy& policy) { return policy.stack == GpuStack::kRolling; }
+#else
+constexpr bool is_rare(const GpuPolicy&) { return false; }
+#endif
+
 constexpr bool by_instruction(const GpuPolicy& policy) { return policy.boxes == GpuBoxes::kRayInstruction; }
 
 /// All policies except the levels.
@@ -202,7 +210,7 @@ GpuTraceKernel choose_boxes(Query query, const TracePolicies& policies) {
 
 template <class Kind, std::size_t kPolicy, class Layout>
 GpuTraceKernel choose_triangle(Query query, const TracePolicies& policies) {
-  if constexpr (Kind::kAllTests) {
+  if constexpr (Kind::kAllTests && !is_rare(kGpuPolicies[kPolicy])) {
     switch (policies.triangle_test) {
       case TriangleTestKind::kWatertight:
         return choose_boxes<Kind, kPolicy, Layout, Watertight>(query, policies);
@@ -239,7 +247,7 @@ GpuTraceKernel choose_layout(NodeLayout layout, Query query, const TracePolicies
     return nullptr;
   } else if constexpr (by_instruction(kGpuPolicies[kPolicy])) {
     return choose_instruction<Kind, kPolicy>(layout, query, policies);
-  } else if constexpr (!Kind::kAllLayouts) {
+  } else if constexpr (!Kind::kAllLayouts || is_rare(kGpuPolicies[kPolicy])) {
     return layout == NodeLayout::kPlanes ? choose_triangle<Kind, kPolicy, PlanesLayout>(query, policies) : nullptr;
   } else {
     switch (layout) {
