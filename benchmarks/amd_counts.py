@@ -135,7 +135,10 @@ def compare(figures, options):
 
 
 def main():
-    parser = argparse.ArgumentParser(usage=__doc__, add_help=True)
+    if sys.argv[1:2] in (['--help'], ['-h']):
+        print(__doc__.strip())
+        return 0
+    parser = argparse.ArgumentParser(usage='amd_counts.py [OPTION...] PROGRAM FLAG... (see --help)', add_help=False)
     parser.add_argument('--arch', default='gfx1030', choices=['gfx90a', 'gfx1030', 'gfx1100'])
     for name in ('--amdrun', '--markdown', '--json', '--table'):
         parser.add_argument(name, type=Path)
