@@ -35,7 +35,7 @@ ALLOWED_GROWTH = 1.02
 
 def find_amdrun(given):
     beside = Path(__file__).resolve().parents[2] / 'shared' / 'amdrun' / 'amdrun'
-    for path in (given, os.environ.get('HIPRT_AMDRUN'), beside):
+    for path in ([given] if given else [os.environ.get('HIPRT_AMDRUN'), beside]):
         if path and os.access(path, os.X_OK):
             return str(path)
     print('SKIPPED: amdrun is not here (--amdrun, HIPRT_AMDRUN)')
@@ -48,7 +48,7 @@ def run(options):
         counts, results = Path(folder, 'counts'), Path(folder, 'results')
         command = [find_amdrun(options.amdrun), '--arch', options.arch, '--count', str(counts), '--', options.program,
                    *options.flags, '--device=gpu', '--repetitions=1', '--warm-up=0', f'--json={results}']
-        if subprocess.run(command, stdout=sys.stderr).returncode != 0 or not counts.exists():
+        if subprocess.run(command, stdout=sys.stderr).returncode != 0 or not (counts.exists() and results.exists()):
             sys.exit('amd_counts.py: failed: ' + ' '.join(command))
         launches = [json.loads(line) for line in counts.read_text().splitlines()]
         found = json.loads(results.read_text())['results']

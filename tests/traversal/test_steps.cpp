@@ -65,9 +65,10 @@ template <unsigned kShared, unsigned kEntries, class Entry> void check_tiered_ro
 }
 
 /// Children as the ray instruction sorts them, pushed and popped at random beside a vector.
-/// @param storage of a stack with room for @p capacity references.
-template <class Stack> void check_sorted(const typename Stack::Storage& storage, unsigned capacity, Random& random) {
-  CAPTURE(capacity);
+/// @param capacity of the stack. @param most references that its memory holds: a tiered stack may have more.
+template <class Stack>
+void check_sorted(const typename Stack::Storage& storage, unsigned capacity, unsigned most, Random& random) {
+  CAPTURE(capacity, most);
   BacktrackOf<Stack, NodeRef> backtrack(storage, NodeRef{8});
   std::vector<NodeRef> expected;
   NodeRef next = 16;
@@ -77,7 +78,7 @@ template <class Stack> void check_sorted(const typename Stack::Storage& storage,
     for (unsigned i = 0; i < kBranching; ++i) child[i] = i <= others ? next++ : kInvalidRef;
     const bool pushed = random.below(3) != 0 && backtrack.later_sorted(child);
     if (pushed) {
-      REQUIRE(expected.size() + others <= capacity);
+      REQUIRE(expected.size() + others <= most);
       for (std::size_t i = others; i > 0; --i) expected.push_back(child[i]);
     } else {
       // A stack may only be full where the most that a node leaves would not fit.
@@ -95,7 +96,7 @@ template <unsigned kShared, unsigned kEntries> void check_tiered_sorted(Random& 
   constexpr unsigned kThreads = 3;
   std::vector<StackEntry> block(kThreads * kShared);
   typename Stack::Memory memory;
-  check_sorted<Stack>({block.data(), 1, kThreads, memory}, std::max(kEntries, 2 * kShared), random);
+  check_sorted<Stack>({block.data(), 1, kThreads, memory}, kEntries, std::max(kEntries, 2 * kShared), random);
 }
 
 struct Counting : Policies {
@@ -167,9 +168,9 @@ TEST_CASE("sorted children are pushed and popped in order, in every stack", "[st
   INFO("seed " << kSeed);
   Random random(kSeed);
   PrivateStack<9>::Memory memory;
-  check_sorted<PrivateStack<9>>(memory, 9, random);
+  check_sorted<PrivateStack<9>>(memory, 9, 9, random);
   std::vector<StackEntry> block(3 * 9);
-  check_sorted<SharedStack<9>>({block.data(), 1, 3}, 9, random);
+  check_sorted<SharedStack<9>>({block.data(), 1, 3}, 9, 9, random);
   check_tiered_sorted<1, 9>(random);
   check_tiered_sorted<2, 9>(random);
   check_tiered_sorted<4, 16>(random);
