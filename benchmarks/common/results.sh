@@ -6,12 +6,14 @@ fail() {
 }
 
 # pack_program PROGRAM FOLDER: copies the program and its shared libraries, except the C library and the drivers, which
-# belong to the machine.
+# belong to the machine. Vulkan's loader, which programs open while they run, is copied if it is here.
 pack_program() {
   mkdir -p "$2/lib"
   cp "$1" "$2/"
   ldd "$1" | awk '$2 == "=>" && $3 ~ /^\// { print $3 }' |
     { grep -vE '/(ld-linux|libc|libm|libdl|librt|libpthread|libcuda|libamdhip64)[-.]' || true; } |
+    xargs -r cp -L -t "$2/lib"
+  { ldconfig -p 2>/dev/null || /sbin/ldconfig -p; } | awk '$1 == "libvulkan.so.1" { print $NF; exit }' |
     xargs -r cp -L -t "$2/lib"
   echo "Packed: $2 ($(du -sm "$2" | cut -f 1) MB)" >&2
 }

@@ -13,7 +13,7 @@ if compgen -G '/usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.jso
   export VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation
 fi
 
-expect 2 "'lines' is none of pipeline|query" "$program" --vulkan-calls=lines
+expect 2 "'lines' is none of auto|pipeline|query" "$program" --vulkan-calls=lines
 expect 2 "'fast' is none of fast_build,fast_trace" "$program" --vulkan=fast
 
 # hits CALLS: all hits are ours. A few rays along edges may differ.

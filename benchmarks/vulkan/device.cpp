@@ -91,7 +91,9 @@ build::Result<void> Device::choose(const Choice& choice) {
   physical_ = candidate->device;
   family_ = *candidate->family;
   facts_.name = candidate->name;
-  const bool query = choice.calls == "query" ? candidate->query : !candidate->pipeline;
+  const bool wants_query =
+      choice.calls == "query" || (choice.calls == "auto" && candidate->type == VK_PHYSICAL_DEVICE_TYPE_CPU);
+  const bool query = wants_query ? candidate->query : !candidate->pipeline;
   facts_.calls = query ? RayCalls::kQuery : RayCalls::kPipeline;
   api_.GetPhysicalDeviceMemoryProperties(physical_, &memory_);
   read_facts();

@@ -18,9 +18,11 @@ enum class RayCalls {
 
 /// Which device, and how it traces.
 struct Choice {
-  std::string device;              ///< A part of its name. Empty: the first GPU.
-  std::string calls = "pipeline";  ///< "pipeline" or "query". A device that has only the other one takes that.
-  bool software = false;           ///< Whether a driver that runs on the CPU (lavapipe) will do.
+  std::string device;  ///< A part of its name. Empty: the first GPU.
+  /// "pipeline" or "query". A device that has only the other one takes that. "auto": pipelines, on a CPU queries,
+  /// because our pipeline crashes on lavapipe 25.0.
+  std::string calls = "auto";
+  bool software = false;  ///< Whether a driver that runs on the CPU (lavapipe) will do.
 };
 
 struct Facts {

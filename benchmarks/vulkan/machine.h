@@ -22,13 +22,13 @@ namespace hiprt::bench {
 /// "fast_build" and "fast_trace": the preferences of builds (VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_*).
 std::vector<std::string> vulkan_modes();
 
-/// How shaders trace rays: "pipeline" or "query".
+/// How shaders trace rays: "auto", "pipeline" or "query" (vulkan::Choice).
 std::vector<std::string> vulkan_calls();
 
 struct VulkanOptions {
   std::vector<std::string> modes{"default"};  ///< Of vulkan_modes(). "default": all on a GPU, none on a CPU.
   std::string device;                         ///< A part of the device's name. Empty: the first GPU.
-  std::string calls = "pipeline";             ///< Of vulkan_calls(). A device that has only the other one takes that.
+  std::string calls = "auto";                 ///< Of vulkan_calls(). A device that lacks that takes the other one.
   bool software = false;                      ///< Whether drivers that run on the CPU will do.
 
   /// --vulkan, --vulkan-device and --vulkan-calls.
