@@ -155,14 +155,19 @@ template <class P, class Filter, class Primitives> class PointSearch {
     return covers<P>(*scene_) && (kHasCustoms || (scene_->features & feature_bit(Feature::kCustom)) == 0);
   }
 
+  /// In the object.
+  template <class Levels>
+  HIPRT_HD HIPRT_FORCE_INLINE CustomPoint closest_in_object(const RegionCustom& custom, const Levels& levels,
+                                                            const PointInObject& at) const {
+    const PathPrimitiveId<Levels> id({custom.geometry, custom.primitive, levels.object_number(*scene_)}, *scene_,
+                                     levels);
+    return primitives_.closest(geometry_type(levels.geometry(*scene_, custom.geometry).flags), at, id);
+  }
+
   /// In the scene. In instances the point is measured there, as a triangle's vertices are.
   HIPRT_HD HIPRT_FORCE_INLINE TrianglePoint closest_on_custom(const RegionCustom& custom, const Traversal& traversal,
                                                               const PointInObject& at) const {
-    const auto& levels = traversal.levels();
-    using Id = PathPrimitiveId<std::remove_cvref_t<decltype(levels)>>;
-    const CustomPoint near =
-        primitives_.closest(geometry_type(levels.geometry(*scene_, custom.geometry).flags), at,
-                            Id({custom.geometry, custom.primitive, levels.object_number(*scene_)}, *scene_, levels));
+    const CustomPoint near = closest_in_object(custom, traversal.levels(), at);
     TrianglePoint result{near.squared, near.point, near.u, near.v, TriangleFeature::kFace};
     if (traversal.placed().is_placed() && near.squared < std::numeric_limits<double>::infinity()) {
       result.point = traversal.placed().to_scene(near.point);

@@ -85,15 +85,26 @@ template <class Call> HIPRT_HD HIPRT_FORCE_INLINE auto with_layout(const SceneVi
   return decltype(call(PlanesLayout{})){};
 }
 
-/// Calls trace(P{}) with the default policies for a scene of any layout.
-template <class Trace> HIPRT_HD HIPRT_FORCE_INLINE Hit with_default_policies(const SceneView& scene, Trace&& trace) {
-  return with_layout(scene, [&](auto layout) HIPRT_FORCE_INLINE_LAMBDA {
-    using Layout = decltype(layout);
+// Functors, because NVRTC treats generic lambdas as host code.
+
+/// Traces with the default policies P of a layout: Trace::run<P>().
+template <class Trace> struct InLayout {
+  const SceneView& scene;
+  const Ray& ray;
+  template <class Layout> HIPRT_HD Hit operator()(Layout) const {
     if constexpr (kUsesRayInstruction && RayInstructionLayout<Layout>)
-      if (scene.box_margin > 0.0f) return trace(DefaultHardwarePolicies<Layout>{});
-    return trace(WithLayout<Layout>{});
-  });
-}
+      if (scene.box_margin > 0.0f) return Trace::template run<DefaultHardwarePolicies<Layout>>(scene, ray);
+    return Trace::template run<WithLayout<Layout>>(scene, ray);
+  }
+};
+struct TraceClosest {
+  template <class P> HIPRT_HD static Hit run(const SceneView& scene, const Ray& ray) {
+    return closest_hit<P>(scene, ray);
+  }
+};
+struct TraceAny {
+  template <class P> HIPRT_HD static Hit run(const SceneView& scene, const Ray& ray) { return any_hit<P>(scene, ray); }
+};
 
 }  // namespace query_detail
 
@@ -103,8 +114,7 @@ HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
 #if !HIPRT_DEVICE_CODE
   if (const HostScene* host = current_host_scene(scene)) return host->tracer.closest_hit(scene, ray);
 #endif
-  return query_detail::with_default_policies(
-      scene, [&](auto policies) { return closest_hit<decltype(policies)>(scene, ray); });
+  return query_detail::with_layout(scene, query_detail::InLayout<query_detail::TraceClosest>{scene, ray});
 }
 
 /// Any hit with the default policies, for a scene of any layout; without normal and error.
@@ -112,8 +122,7 @@ HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
 #if !HIPRT_DEVICE_CODE
   if (const HostScene* host = current_host_scene(scene)) return host->tracer.any_hit(scene, ray);
 #endif
-  return query_detail::with_default_policies(scene,
-                                             [&](auto policies) { return any_hit<decltype(policies)>(scene, ray); });
+  return query_detail::with_layout(scene, query_detail::InLayout<query_detail::TraceAny>{scene, ray});
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

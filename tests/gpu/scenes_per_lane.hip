@@ -20,17 +20,17 @@ namespace {
 
 constexpr unsigned kScenes = 4, kRays = 6000, kSeed = 33;
 
-using Float = hiprt::FloatLayout;
+/// As closest_hit(scene, ray) for this layout. All layouts in one kernel would take amdrun a minute.
+template <class Layout> __device__ Hit closest(const SceneView& scene, const Ray& ray) {
+  if constexpr (hiprt::kUsesRayInstruction)
+    return hiprt::closest_hit<hiprt::DefaultHardwarePolicies<Layout>>(scene, ray);
+  else
+    return hiprt::closest_hit<hiprt::WithLayout<Layout>>(scene, ray);
+}
 
-// All layouts in one kernel would take amdrun a minute.
 __global__ void trace(const SceneView* scenes, const Ray* rays, Hit* hits, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= count) return;
-  const SceneView& scene = scenes[i % kScenes];
-  if constexpr (hiprt::kUsesRayInstruction)
-    hits[i] = hiprt::closest_hit<hiprt::DefaultHardwarePolicies<Float>>(scene, rays[i]);
-  else
-    hits[i] = hiprt::closest_hit<hiprt::WithLayout<Float>>(scene, rays[i]);
+  if (i < count) hits[i] = closest<hiprt::FloatLayout>(scenes[i % kScenes], rays[i]);
 }
 
 /// Random triangles around the origin.
