@@ -46,7 +46,8 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
   };
 
   template <class Entry> class Of {
-    static constexpr unsigned kInShared = kShared * static_cast<unsigned>(sizeof(StackEntry) / sizeof(Entry));
+    static_assert(sizeof(StackEntry) == 2 * sizeof(NodeRef));
+    static constexpr unsigned kInShared = std::same_as<Entry, NodeRef> ? 2 * kShared : kShared;
 
    public:
     static constexpr bool kHasBottom = true;
