@@ -86,7 +86,7 @@ TEST_CASE("bvhrender: scenes that cannot be read or are damaged are failures tha
   refuses(std::string(4096, 'x'), "BadMagic");
   refuses(whole.substr(0, whole.size() - 128), "SizeMismatch");
   std::string flipped = whole;
-  flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 0x10);
+  flipped.back() = static_cast<char>(flipped.back() ^ 0x10);
   refuses(flipped, "BadChecksum");
   check_failure(folder, {folder / "none.bvh", "-o", folder / "a.png"}, "none.bvh", {"bad.bvh", "s.bvh"});
   check_failure(folder, {folder.path(), "-o", folder / "a.png"}, "directory", {"bad.bvh", "s.bvh"});

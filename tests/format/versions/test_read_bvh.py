@@ -24,7 +24,8 @@ sys.path.insert(0, str(HERE.parent.parent / "examples"))
 import read_bvh  # noqa: E402
 
 LAYOUTS = {"float": 1, "planes": 2, "half": 3, "quantized": 4}
-FEATURES = ["triangles", "masks", "split references", "custom primitives", "instances", "motion", "moving boxes"]
+FEATURES = ["triangles", "masks", "split references", "custom primitives", "instances", "motion", "moving boxes",
+            "widened boxes"]
 compared = collections.Counter()
 
 

@@ -95,13 +95,14 @@ const std::map<std::string, Content> kContents{
     {"motion", {NodeLayout::kFloat, bits({kTriangles, kInstances, kMotion}), 1, 4, 0}},
     {"shapes", {NodeLayout::kPlanes, bits({kCustom}), 2, 5, 0}},
     {"shape_instances", {NodeLayout::kPlanes, bits({kCustom, kMasks, kInstances}), 1, 3, 0}},
-    {"types", {NodeLayout::kQuantized, bits({kTriangles, kCustom}), 2, 18, 2}}};
+    {"types", {NodeLayout::kQuantized, bits({kTriangles, kCustom}), 2, 18, 2}},
+    {"widened", {NodeLayout::kFloat, bits({kTriangles, kMasks, kWidenedBoxes}), 2, 14, 1}}};
 
 /// The version that first had a file of this name.
 unsigned first_minor(const std::string& name) {
   if (name == "float" || name == "planes" || name == "split" || name == "empty") return 0;
   if (name == "half" || name == "quantized" || name.starts_with("customs")) return 1;
-  return name == "types" ? 5 : name.starts_with("shape") ? 3 : 2;
+  return name == "widened" ? 6 : name == "types" ? 5 : name.starts_with("shape") ? 3 : 2;
 }
 
 /// Custom primitives: the shapes of the file, or else the plane z = 0.5, in the middle of all boxes().
@@ -292,6 +293,7 @@ TEST_CASE("files of every version are valid and hold their input") {
     CHECK(view.geometries.size() == content.geometries);
     CHECK(view.primitive_map.size() == content.primitives + hidden);
     CHECK(valid->dropped == content.dropped);
+    CHECK((view.header->box_margin > 0.0f) == (golden.name == "widened"));
     CHECK(view.provenance.find("write_files") != std::string_view::npos);
     if (golden.name.starts_with("customs")) CHECK(geometry_type(view.geometries[1].flags) == kBoxType);
     if (golden.name == "types")

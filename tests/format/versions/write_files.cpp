@@ -70,6 +70,11 @@ void write_triangles() {
 #endif
   write("split", build::build(cut, splits));
   write("empty", build::build(std::vector<build::TriangleMesh>{}, in_layout(NodeLayout::kFloat)));
+#if GOLDEN_MINOR >= 6
+  build::BuildOptions wide = in_layout(NodeLayout::kFloat);
+  wide.widen_boxes = true;
+  write("widened", build::build(meshes, wide));
+#endif
 }
 
 #if GOLDEN_MINOR >= 1
@@ -93,6 +98,10 @@ build::InstanceOptions over_instances(double opening = 1) {
   build::InstanceOptions options;
   options.tree.tool = "write_files";
   options.opening_budget = opening;
+#if GOLDEN_MINOR >= 6
+  // Older libraries open without asking whether rays gain by it.
+  options.open_largest = true;
+#endif
   return options;
 }
 
