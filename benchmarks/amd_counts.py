@@ -57,10 +57,15 @@ def run(options):
     return found, launches
 
 
-def resident_waves(launch):
-    """Waves per SIMD that registers and shared memory leave room for, of 16 (RDNA2, RDNA3; wave32) or 8 (CDNA2)."""
+# Per architecture: registers of a SIMD per lane, how many are allocated together, most waves of a SIMD (LLVM's
+# AMDGPUBaseInfo).
+REGISTER_FILES = {'gfx90a': (512, 8, 8), 'gfx1030': (1024, 16, 16), 'gfx1100': (1536, 24, 16)}
+
+
+def resident_waves(launch, arch):
+    """Waves per SIMD that registers and shared memory leave room for."""
     narrow = launch['wave_size'] == 32
-    registers, step, most = (1024, 8, 16) if narrow else (512, 8, 8)
+    registers, step, most = REGISTER_FILES[arch]
     by_registers = registers // (-(-max(launch['vgprs'], 1) // step) * step)
     waves = -(-launch['block'][0] // launch['wave_size'])
     # 64 KiB per compute unit; 2 SIMDs each on RDNA, 4 on CDNA.
@@ -81,7 +86,7 @@ def measure(result, launch, arch):
         'instructions': launch['instructions'] / rays, 'valu': vector / rays,
         'lanes': launch['valu_lanes'] / vector, 'lines': lines / rays,
         'scratch_lines': launch['scratch_lines128'] / rays, 'shared_conflicts': launch['lds_conflict_cycles'] / rays,
-        'registers': launch['vgprs'], 'scratch': launch['scratch'], 'waves': resident_waves(launch),
+        'registers': launch['vgprs'], 'scratch': launch['scratch'], 'waves': resident_waves(launch, arch),
         'counts': launch}
 
 

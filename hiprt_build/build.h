@@ -75,7 +75,7 @@ struct BuildOptions {
   unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles, or custom primitives, in the run of leaves below one child.
   bool pair_triangles = true;       ///< Two triangles with a common edge, or two close custom primitives, per leaf.
   /// Wider boxes, for AMD's ray instruction (HardwareBoxes). Layouts kFloat and kHalf only. Hits stay the same. A scene
-  /// without box nodes, or beyond the range of floats, is left as it is.
+  /// without box nodes, or beyond the range of floats, gets no wider boxes.
   bool widen_boxes = false;
   SahCosts costs{};
   ProgressCallback progress{};

@@ -37,7 +37,7 @@ struct FileMeshes {
   }
 };
 
-/// Why Vulkan cannot trace the scene as it is; empty: it can.
+/// Why Vulkan cannot trace the scene; empty: it can.
 std::string obstacle(const Tree& tree) {
   const FileHeader& header = *tree.view.header;
   if ((header.features & feature_bit(Feature::kCustom)) != 0) return "it has custom primitives";

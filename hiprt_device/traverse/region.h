@@ -34,7 +34,7 @@ struct NoCustoms {};
 ///                               order and the stack compare
 ///     far_end()                 the largest such distance that counts; it may fall, never rise
 ///     outside(leaf)             bit i: triangle i of the leaf has certainly nothing in the region
-///     outside(box)              the same for a custom primitive's box; if the query takes them
+///     outside(box)              whether a custom primitive's box has; only for queries that take such primitives
 ///     enter(record, object)     continues in an object, as an instance places it
 ///     leave()                   back to where the instance is
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
