@@ -37,7 +37,8 @@ Hierarchies: flat (all instances transformed, in one BVH), two_level (one BVH ov
 scene's groups, if they have more levels). On a CPU Embree traces the same rays in the same process, on a GPU Vulkan
 does. --vulkan=fast_trace adds Vulkan on a CPU too: its GPU, or without one a driver that runs on the CPU (lavapipe).
 Times on a CPU are those of all threads. Times on a GPU are the GPU's, without copies and allocations; the CPU builds
-the BVHs over instances. All builders run in turn for several rounds; the medians count.
+the BVHs over instances, and the trees of Embree's builders (embree-low, embree-medium, embree-high). All builders run
+in turn for several rounds; the medians count.
 The program compares all results. Exit status: 0; 1 when something failed or our tracers have other results; 2 for a
 wrong command line.
 

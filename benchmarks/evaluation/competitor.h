@@ -65,6 +65,8 @@ class Competitor {
   /// The id of the instance of each closest hit of the last trace(). Empty: not known.
   virtual std::span<const std::uint32_t> instances() const { return {}; }
   virtual TreeFigures figures() const = 0;
+  /// Whether the CPU builds BVHs over triangles that a GPU traces. Then their build time is the CPU's.
+  virtual bool cpu_builds_for_gpu() const { return false; }
   /// The BVH in the host's memory. All BVHs of a hierarchy must give identical hits. nullptr for peers.
   virtual const SceneView* view() const = 0;
 
@@ -81,8 +83,8 @@ struct Machine {
   std::string why_no_vulkan;
 };
 
-/// Our builder @p name (of tools::kBuilders) and the accurate tracer on the CPU or the GPU. The CPU builds BVHs over
-/// instances for the GPU.
+/// Our builder @p name (of tools::kBuilders) and the accurate tracer on the CPU or the GPU. For the GPU, the CPU builds
+/// BVHs over instances, and those of Embree's builders.
 std::unique_ptr<Competitor> make_hiprt(const std::string& name, const Hierarchy& hierarchy, const Machine& machine);
 
 /// "default" (no flag, medium quality), "high" (high quality) and "robust" (RTC_SCENE_FLAG_ROBUST, medium quality).

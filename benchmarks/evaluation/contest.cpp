@@ -46,7 +46,10 @@ class Contest {
     const auto first =
         std::find_if(seats_.begin(), seats_.end(), [](const Seat& seat) { return seat.competitor->view() != nullptr; });
     if (first == seats_.end()) return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, why_nothing()});
-    for (Seat& seat : seats_) seat.entry.figures = seat.competitor->figures();
+    for (Seat& seat : seats_) {
+      seat.entry.figures = seat.competitor->figures();
+      seat.entry.cpu_build = seat.competitor->cpu_builds_for_gpu();
+    }
     const std::vector<Wave> waves = make_waves(*first->competitor->view(), scene_, options_.picture, machine_.limit);
     for (std::size_t i = 0; i < waves.size(); ++i)
       if (auto traced = trace(waves[i], static_cast<double>(i) / static_cast<double>(waves.size())); !traced)
@@ -97,7 +100,10 @@ class Contest {
   }
 
   void seat(std::unique_ptr<Competitor> competitor) {
-    Entry entry{competitor->tracer(), competitor->builder(), competitor->hierarchy().name, {}, {}, {}};
+    Entry entry;
+    entry.tracer = competitor->tracer();
+    entry.builder = competitor->builder();
+    entry.hierarchy = competitor->hierarchy().name;
     seats_.push_back({std::move(competitor), std::move(entry)});
   }
 

@@ -1,12 +1,11 @@
-#include "competitor.h"
 #include "host_trace.h"
+#include "tree_builders.h"
 
 #include <benchmarks/common/rounds.h>
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/statistics.h>
-#include <tools/build/gpu_builder.h>
 #include <tools/cli/build/build_names.h>
 #include <tools/render/scene/trace_limits.h>
 #include <tools/render/tracers/gpu_tracer.h>
@@ -19,13 +18,16 @@ namespace {
 /// Our BVHs. Builds leave them in the host's memory.
 class HiprtCompetitor : public Competitor {
  public:
-  HiprtCompetitor(const std::string& name, const Hierarchy& hierarchy, const tools::ThreadLimit& limit)
-      : Competitor("hiprt", name, hierarchy), limit_(limit), kind_(tools::value_of(tools::kBuilders, name)) {}
+  HiprtCompetitor(const std::string& name, const Hierarchy& hierarchy, const Machine& machine)
+      : Competitor("hiprt", name, hierarchy),
+        limit_(machine.limit),
+        tree_builder_(make_tree_builder(tools::value_of(tools::kBuilders, name), machine)) {}
 
   build::Result<BuildSeconds> build() override {
     if (auto can = check_form(); !can) return tl::unexpected(std::move(can.error()));
     BuildSeconds seconds;
-    auto bvh = hierarchy().levels == 0 ? build_flat(seconds) : build_instanced(seconds);
+    auto bvh =
+        hierarchy().levels == 0 ? tree_builder_->build_flat(hierarchy(), seconds.objects) : build_instanced(seconds);
     if (!bvh) return tl::unexpected(std::move(bvh.error()));
     file_ = std::move(bvh->buffer);
     buffer_view_ = *open_buffer(std::as_const(file_).bytes());
@@ -45,24 +47,16 @@ class HiprtCompetitor : public Competitor {
  protected:
   /// Checks before the build that the device can trace the hierarchy.
   virtual build::Result<void> check_form() const { return {}; }
-  /// Builds one BVH over meshes. @param seconds the build time is added; several threads call this.
-  virtual build::Result<build::Bvh> build_meshes(std::span<const build::TriangleMesh> meshes, unsigned threads,
-                                                 double& seconds) const = 0;
-  /// Builds the BVHs of all objects. @param seconds their total time.
-  virtual build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const = 0;
 
-  build::Builder kind() const { return kind_; }
   const BufferView& buffer_view() const { return buffer_view_; }
   const tools::ThreadLimit& limit() const { return limit_; }
+  const TreeBuilder& tree_builder() const { return *tree_builder_; }
 
  private:
-  build::Result<build::Bvh> build_flat(BuildSeconds& seconds) const {
-    return build_meshes(tools::views(hierarchy().geometries), limit_.threads(), seconds.objects);
-  }
-
   build::Result<build::Bvh> build_instanced(BuildSeconds& seconds) const {
     std::vector<build::Buffer> files(hierarchy().source->objects.size());
-    if (auto built = build_objects(files, seconds.objects); !built) return tl::unexpected(std::move(built.error()));
+    if (auto built = tree_builder_->build_objects(hierarchy(), files, seconds.objects); !built)
+      return tl::unexpected(std::move(built.error()));
     std::vector<std::span<const std::byte>> objects;
     objects.reserve(files.size());
     std::vector<std::span<const build::Instance>> groups;
@@ -78,7 +72,7 @@ class HiprtCompetitor : public Competitor {
   }
 
   const tools::ThreadLimit& limit_;
-  build::Builder kind_;
+  std::unique_ptr<TreeBuilder> tree_builder_;
   build::Buffer file_;
   BufferView buffer_view_{};
   SceneView view_{};
@@ -91,28 +85,6 @@ class CpuCompetitor : public HiprtCompetitor {
   build::Result<void> prepare() override { return {}; }
   build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) override {
     return trace_on_host(*view(), any_hit, rays, hits, limit());
-  }
-
- protected:
-  build::Result<build::Bvh> build_meshes(std::span<const build::TriangleMesh> meshes, unsigned threads,
-                                         double& seconds) const override {
-    std::optional<build::Result<build::Bvh>> bvh;
-    seconds = time_of([&] { bvh.emplace(build::build(meshes, {.builder = kind(), .threads = threads})); });
-    return std::move(*bvh);
-  }
-
-  build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const override {
-    build::Result<void> done;
-    seconds = time_of([&] {
-      done = for_each_object(hierarchy(), limit(), [&](std::size_t i, unsigned threads) -> build::Result<void> {
-        double ignored = 0;
-        auto bvh = build_meshes(hierarchy().object(i), threads, ignored);
-        if (!bvh) return tl::unexpected(std::move(bvh.error()));
-        files[i] = std::move(bvh->buffer);
-        return {};
-      });
-    });
-    return done;
   }
 };
 
@@ -131,6 +103,8 @@ class GpuCompetitor : public HiprtCompetitor {
     return tracer_->trace(any_hit ? tools::Query::kAny : tools::Query::kClosest, {}, rays, hits);
   }
 
+  bool cpu_builds_for_gpu() const override { return tree_builder().on_cpu(); }
+
  protected:
   build::Result<void> check_form() const override {
     if (hierarchy().levels <= tools::kTraceLevels) return {};
@@ -140,26 +114,6 @@ class GpuCompetitor : public HiprtCompetitor {
                                                       std::to_string(tools::kTraceLevels) + " at most"});
   }
 
-  build::Result<build::Bvh> build_meshes(std::span<const build::TriangleMesh> meshes, unsigned,
-                                         double& seconds) const override {
-    auto bvh = tools::build_on_gpu(meshes, {.builder = kind()});
-    if (bvh) seconds = bvh->statistics.tree_seconds;
-    return bvh;
-  }
-
-  build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const override {
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      double one = 0;
-      auto bvh = build_meshes(hierarchy().object(i), 0, one);
-      if (!bvh)
-        return tl::unexpected(
-            build::Error{bvh.error().code, hierarchy().source->objects[i].name + ": " + bvh.error().message});
-      seconds += one;
-      files[i] = std::move(bvh->buffer);
-    }
-    return {};
-  }
-
  private:
   std::optional<tools::GpuTracer> tracer_;
 };
@@ -167,8 +121,8 @@ class GpuCompetitor : public HiprtCompetitor {
 }  // namespace
 
 std::unique_ptr<Competitor> make_hiprt(const std::string& name, const Hierarchy& hierarchy, const Machine& machine) {
-  if (machine.gpu) return std::make_unique<GpuCompetitor>(name, hierarchy, machine.limit);
-  return std::make_unique<CpuCompetitor>(name, hierarchy, machine.limit);
+  if (machine.gpu) return std::make_unique<GpuCompetitor>(name, hierarchy, machine);
+  return std::make_unique<CpuCompetitor>(name, hierarchy, machine);
 }
 
 }  // namespace hiprt::bench

@@ -33,10 +33,12 @@ nlohmann::json build_json(const Entry& entry) {
     objects.push_back(seconds.objects);
     instances.push_back(seconds.instances);
   }
-  return {{"seconds", median(all)},
-          {"object_seconds", median(objects)},
-          {"instance_seconds", median(instances)},
-          {"rounds", all}};
+  nlohmann::json json{{"seconds", median(all)},
+                      {"object_seconds", median(objects)},
+                      {"instance_seconds", median(instances)},
+                      {"rounds", all}};
+  if (entry.cpu_build) json["built_by"] = "cpu";
+  return json;
 }
 
 nlohmann::json entry_json(const Entry& entry) {
@@ -137,7 +139,7 @@ double build_seconds(const Entry& entry) {
 std::string to_markdown(const SceneRecord& scene) {
   std::vector<Column<Entry>> columns{
       {"tracer", [](const auto& entry) { return entry.tracer; }},
-      {"builder", [](const auto& entry) { return entry.builder; }},
+      {"builder", [](const auto& entry) { return entry.builder + (entry.cpu_build ? " (built by the CPU)" : ""); }},
       {"hierarchy", [](const auto& entry) { return entry.hierarchy; }},
       {"build ms", [](const auto& entry) { return format_number(1e3 * build_seconds(entry), 2); }},
       {"SAH cost",

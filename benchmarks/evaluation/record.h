@@ -31,6 +31,7 @@ struct TracedWave {
 struct Entry {
   std::string tracer, builder, hierarchy;
   std::vector<BuildSeconds> builds;  ///< By round.
+  bool cpu_build = false;            ///< Competitor::cpu_builds_for_gpu().
   TreeFigures figures;
   std::vector<TracedWave> waves;
 };

@@ -20,6 +20,8 @@ VULKAN_COLORS = {"fast_build": 6, "fast_trace": 9}
 def series(entry):
     if entry.tracer == "vulkan":
         return VULKAN_COLORS.get(entry.builder, len(COLORS))
+    if entry.key() == ("hiprt", "embree-high"):  # Embree's tree has one colour, whoever traces it.
+        return COLORS.index(("embree", "high"))
     return COLORS.index(entry.key()) if entry.key() in COLORS else len(COLORS)
 
 

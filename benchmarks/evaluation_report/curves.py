@@ -5,7 +5,7 @@ import math
 from .runs import quartiles
 
 # Builders that take long and make better trees, and fast builders.
-SLOW = ["sah", "sbvh", "hq"]
+SLOW = ["sah", "sbvh", "hq", "embree-high"]
 FAST = ["lbvh", "ploc", "hploc"]
 MOST_SAMPLES = 1 << 20
 

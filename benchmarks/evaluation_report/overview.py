@@ -36,7 +36,7 @@ def averages(evaluation, figure):
     """@return (hierarchy, key) -> the geometric mean over the scenes."""
     found = {}
     for hierarchy in evaluation.hierarchies():
-        for key in evaluation.keys():
+        for key in evaluation.names():
             values = ratios(evaluation, hierarchy, key, figure)
             if values:
                 found[(hierarchy, key)] = geometric_mean(values)
@@ -52,7 +52,7 @@ def normalised_bars(evaluation):
     shown = {place for _, values in panels for place in values}
     hierarchies = [hierarchy for hierarchy in HIERARCHIES if any(place[0] == hierarchy for place in shown)]
     entries = {entry.key(): entry for scene in evaluation.scenes for entry in scene.entries}
-    rows = [entries[key] for key in evaluation.keys() if any(place[1] == key for place in shown)]
+    rows = [entries[key] for key in evaluation.names() if any(place[1] == key for place in shown)]
     row = BAR * len(hierarchies) + 8
     picture = Picture(LEFT + PANEL * len(panels), TOP + row * len(rows) + 8,
                       f"Averages over the scenes, relative to {YARDSTICK}")

@@ -63,6 +63,9 @@ without copies and allocations. They
 include BVHs over instances, which the CPU builds. Trace times are the kernels'. \
 SAH cost: one cost function for all flat
 BVHs.</p>"""
+CPU_BUILD_METHOD = """<p><em>(CPU)</em>: the CPU builds the tree by all its threads, from meshes in its memory to a \
+file. The build time has no
+copy to the GPU.</p>"""
 
 
 def facts(evaluation):
@@ -81,6 +84,11 @@ def facts(evaluation):
         entries.append(("Vulkan", "{device}; driver {driver}; rays by {calls}".format(**evaluation.vulkan)))
     rows = "".join(f"<dt>{html.escape(name)}</dt><dd>{wrap(name, value)}</dd>" for name, value in entries)
     return f"<dl>{rows}</dl>"
+
+
+def cpu_build_method(evaluation):
+    entries = (entry for scene in evaluation.scenes for entry in scene.entries)
+    return CPU_BUILD_METHOD if any(entry.cpu_build for entry in entries) else ""
 
 
 def busy(evaluation):
@@ -143,7 +151,8 @@ def page(evaluation):
             f'<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
             f"<title>{html.escape(title)}</title><style>{css}</style></head><body><nav>{links}</nav><main>"
             f"<h1>{html.escape(title)}</h1>{facts(evaluation)}{METHOD}"
-            f"{GPU_METHOD if evaluation.device == 'gpu' else CPU_METHOD}{VULKAN_METHOD if evaluation.vulkan else ''}"
+            f"{GPU_METHOD if evaluation.device == 'gpu' else CPU_METHOD}{cpu_build_method(evaluation)}"
+            f"{VULKAN_METHOD if evaluation.vulkan else ''}"
             f"{busy(evaluation)}{fault_list(evaluation)}{tables.overview(evaluation)}"
             + chart_figures(ALL, found[ALL])
             + "".join(scene_section(evaluation, scene, found[scene.name]) for scene in evaluation.scenes)

@@ -36,6 +36,8 @@ class Entry:
         self.build_seconds = build.number("seconds", positive=True)
         self.object_seconds = build.number("object_seconds")
         self.instance_seconds = build.number("instance_seconds")
+        # Whether the CPU built the tree that a GPU traces.
+        self.cpu_build = "built_by" in build.value and build.name("built_by") == "cpu"
         self.bytes = part.number("bytes")
         self.sah_cost = None if part.member("sah_cost").value is None else part.number("sah_cost", positive=True)
         self.waves = {}
@@ -60,7 +62,7 @@ class Entry:
                 raise part.fault(f"has no wave {name!r}")
 
     def name(self):
-        return tracer_name(self.tracer, self.builder)
+        return tracer_name(self.tracer, self.builder) + (" (CPU)" if self.cpu_build else "")
 
     def key(self):
         return (self.tracer, self.builder)
@@ -171,10 +173,10 @@ class Evaluation:
     def hierarchies(self):
         return [hierarchy for hierarchy in HIERARCHIES if any(scene.of_hierarchy(hierarchy) for scene in self.scenes)]
 
-    def keys(self):
-        """@return (tracer, builder), in the order of the command line."""
-        found = {entry.key(): entry for scene in self.scenes for entry in scene.entries}
-        return sorted(found, key=lambda key: key[0] != "hiprt")
+    def names(self):
+        """@return (tracer, builder) and its name, in the order of the command line."""
+        found = {entry.key(): entry.name() for scene in self.scenes for entry in scene.entries}
+        return dict(sorted(found.items(), key=lambda item: item[0][0] != "hiprt"))
 
     def command_of(self, scene):
         """@return the command that measures one scene."""

@@ -8,7 +8,7 @@ from variant_report.runs import geometric_mean
 from . import numbers
 from .curves import FAST, SLOW, crossovers
 from .overview import figures, ratios
-from .runs import DISAGREEMENTS, HIERARCHIES, YARDSTICK, tracer_name
+from .runs import DISAGREEMENTS, HIERARCHIES, YARDSTICK
 
 
 class Cell:
@@ -50,10 +50,10 @@ def overview(evaluation):
         if not scenes:
             continue
         rows.append([f"{HIERARCHIES[hierarchy]}: {', '.join(scene.name for scene in scenes)}"])
-        for key in evaluation.keys():
+        for key, name in evaluation.names().items():
             if any(scene.entry(hierarchy, key[1], key[0]) for scene in scenes):
                 means = [geometric_mean(ratios(evaluation, hierarchy, key, figure)) for _, figure in columns]
-                rows.append([tracer_name(*key), *(numbers.significant(mean) for mean in means)])
+                rows.append([name, *(numbers.significant(mean) for mean in means)])
     if not rows:
         return ""
     return table(f"Times, cost and size relative to {YARDSTICK} of the same hierarchy: "
@@ -104,10 +104,10 @@ def builder_row(scene, entry, kinds, entries, bounds):
 def crossover_table(evaluation, scene):
     modes = list({entry.key(): entry.name() for h in HIERARCHIES for entry in scene.vulkan(h)}.items())
     columns = [("hiprt", fast) for fast in FAST] + [key for key, _ in modes]
-    rows = []
+    rows, names = [], evaluation.names()
     for hierarchy in HIERARCHIES:
         found = {(slow.builder, fast.key()): crossover for slow, fast, crossover in crossovers(scene, hierarchy)}
-        part = [[slow, *(crossover_words(found.get((slow, key))) for key in columns)]
+        part = [[names[("hiprt", slow)], *(crossover_words(found.get((slow, key))) for key in columns)]
                 for slow in SLOW + FAST if any((slow, key) in found for key in columns)]
         if part:
             rows += [[HIERARCHIES[hierarchy]], *part]

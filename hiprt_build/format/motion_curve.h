@@ -105,7 +105,8 @@ struct MotionCurve {
       const Point center = at(middle);
       if (::fabs(center.derivative) > 0.5 * bend * width * (1.0 + 0x1p-40)) continue;
       add(center.value, 0.0);
-      if (beyond <= tolerance) {
+      // Also ends if a number of the curve is not finite.
+      if (!(beyond > tolerance)) {
         add(low, slack * beyond);
         add(high, slack * beyond);
         continue;

@@ -6,7 +6,9 @@
 #include <tests/oracle/hill_climb.h>
 #include <tests/traversal/workers.h>
 
+#include <cmath>
 #include <cstdio>
+#include <limits>
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -89,6 +91,20 @@ TEST_CASE("the moving box of a translation is as small as the box at one time") 
     for (unsigned axis = 0; axis < 3; ++axis) CHECK(at.max[axis] - at.min[axis] == Approx(2).epsilon(2e-4));
     CHECK(half_area(at) < 0.03 * half_area(recorded.bounds({{-1, -1, -1}, {1, 1, 1}})));
   }
+}
+
+TEST_CASE("the range of a curve ends if its numbers are not finite") {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {kInfinity, -kInfinity, std::numeric_limits<double>::quiet_NaN()})
+    for (unsigned place = 0; place < 6; ++place)
+      for (const bool normalised : {false, true}) {
+        MotionCurve curve{{1, 2}, {3, -1}, {2, 1}, 1.5, normalised};
+        (place < 2 ? curve.e : place < 4 ? curve.g : curve.h)[place % 2] = bad;
+        MotionRange range;
+        curve.grow(range, 1.0);
+        CAPTURE(bad, place, normalised);
+        CHECK_FALSE((std::isfinite(range.low) && std::isfinite(range.high)));
+      }
 }
 
 namespace {
