@@ -170,7 +170,7 @@ class Simulation {
   tools::UnitDealer dealer_;
   unsigned workers_;
   std::vector<unsigned> idle_;                    ///< Workers of each rank that do nothing.
-  std::vector<unsigned> held_;                    ///< Units of each rank that were dealt and not taken.
+  std::vector<unsigned> held_;                    ///< Units of each rank whose results are still out.
   std::set<unsigned> hungry_;                     ///< Ranks that may get more.
   std::vector<std::deque<PictureUnit>> waiting_;  ///< Units of each rank that have arrived.
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
