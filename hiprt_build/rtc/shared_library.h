@@ -27,10 +27,13 @@ class SharedLibrary {
     if (handle_ != nullptr) missing_.clear();
   }
 
-  /// Stores the address of a function, or notes that it is missing.
+  /// Stores the address of a function, or nullptr.
+  template <class Function> void look_for(const std::string& name, Function& function) {
+    function = handle_ == nullptr ? nullptr : reinterpret_cast<Function>(dlsym(handle_, name.c_str()));
+  }
+  /// The same, and notes a function that is missing.
   template <class Function> void find(const std::string& name, Function& function) {
-    if (handle_ == nullptr) return;
-    function = reinterpret_cast<Function>(dlsym(handle_, name.c_str()));
+    look_for(name, function);
     if (function == nullptr && missing_.empty()) missing_ = name_ + ": it lacks " + name;
   }
 

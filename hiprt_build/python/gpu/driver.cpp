@@ -63,6 +63,7 @@ void Driver::find_cuda() {
   library_.find("cuCtxPopCurrent_v2", pop_);
   library_.find("cuDeviceGetAttribute", attribute_);
   library_.find("cuGetErrorName", cuda_error_);
+  library_.find("cuPointerGetAttribute", memory_attribute_);
 }
 
 void Driver::find_hip() {
@@ -70,6 +71,7 @@ void Driver::find_hip() {
   library_.find("hipGetDevice", get_device_);
   library_.find("hipGetDeviceProperties", properties_);
   library_.find("hipGetErrorName", hip_error_);
+  library_.look_for("hipPointerGetAttribute", memory_attribute_);  // From HIP 5.3 on.
 }
 
 void Driver::find_common() {
@@ -77,7 +79,6 @@ void Driver::find_common() {
     library_.find(platform_ == Platform::kCuda ? cuda : hip, function);
   };
   find("cuDeviceGetCount", "hipGetDeviceCount", count_);
-  find("cuPointerGetAttribute", "hipPointerGetAttribute", memory_attribute_);
   find("cuMemAlloc_v2", "hipMalloc", allocate_);
   find("cuMemFree_v2", "hipFree", free_);
   find("cuMemcpyHtoDAsync_v2", "hipMemcpyHtoDAsync", upload_);
@@ -128,6 +129,8 @@ std::string Driver::architecture(int device) const {
 
 int Driver::device_of(const void* memory) const {
   constexpr int kOrdinal = 9;
+  if (memory_attribute_ == nullptr)
+    fail(build::ErrorCode::kGpu, "this version of HIP cannot say which device has a memory: share it by DLPack");
   int device = -1;
   check(memory_attribute_(&device, kOrdinal, reinterpret_cast<std::uintptr_t>(memory)), "find the memory's device");
   return device;

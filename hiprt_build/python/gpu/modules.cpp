@@ -18,14 +18,19 @@ std::span<const EmbeddedHeader> embedded_python_headers();
 namespace hiprt::python::gpu {
 namespace {
 
-std::mutex mutex;  // Of both.
+std::mutex kernels_mutex, paths_mutex;
 std::map<std::tuple<Platform, int, std::string>, Function> kernels;
 std::vector<std::string> compiler_paths;
+
+std::vector<std::string> known_paths() {
+  const std::lock_guard lock(paths_mutex);
+  return compiler_paths;
+}
 
 build::Result<hiprt::gpu::CompiledKernels> compile(const std::string& source, hiprt::gpu::CompileOptions options) {
   auto compiled = hiprt::gpu::compile_kernels(source, {}, options);
   if (options.architecture.starts_with("gfx")) return compiled;
-  for (const std::string& path : compiler_paths) {
+  for (const std::string& path : known_paths()) {
     if (compiled || compiled.error().code != build::ErrorCode::kBackend) break;
     options.library = path;
     auto again = hiprt::gpu::compile_kernels(source, {}, options);
@@ -37,19 +42,23 @@ build::Result<hiprt::gpu::CompiledKernels> compile(const std::string& source, hi
 }  // namespace
 
 void set_compiler_paths(std::vector<std::string> paths) {
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(paths_mutex);
   compiler_paths = std::move(paths);
 }
 
-Function kernel_of(const Driver& driver, int device, const std::string& source) {
-  const std::lock_guard lock(mutex);
-  Function& kernel = kernels[{driver.platform(), device, source}];
-  if (kernel != nullptr) return kernel;
-  hiprt::gpu::CompileOptions options{.architecture = driver.architecture(device), .file = "hiprt_query.hip"};
+std::vector<std::byte> code_of(const std::string& source, const std::string& architecture) {
+  hiprt::gpu::CompileOptions options{.architecture = architecture, .file = "hiprt_query.hip"};
+  // NVRTC takes the lambdas of functions that are no templates for the host's.
+  if (architecture.starts_with("sm_")) options.flags.push_back("-default-device");
   for (const auto& header : hiprt::gpu::rtc::embedded_python_headers())
     options.headers.push_back({header.name, header.text});
-  const auto compiled = value_of(compile(source, options));
-  kernel = driver.load(compiled.code.data(), kKernel);
+  return value_of(compile(source, options)).code;
+}
+
+Function kernel_of(const Driver& driver, int device, const std::string& source) {
+  const std::lock_guard lock(kernels_mutex);
+  Function& kernel = kernels[{driver.platform(), device, source}];
+  if (kernel == nullptr) kernel = driver.load(code_of(source, driver.architecture(device)).data(), kKernel);
   return kernel;
 }
 

@@ -3,6 +3,7 @@
 
 #include <hiprt_build/python/gpu/driver.h>
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,10 @@ namespace hiprt::python::gpu {
 /// call it at the same time. Throws LibraryError, for example without the compiler's library.
 /// @pre the device is current.
 Function kernel_of(const Driver& driver, int device, const std::string& source);
+
+/// Compiles a source, or finds it in the cache. It needs no GPU.
+/// @param architecture as for compile_kernels().
+std::vector<std::byte> code_of(const std::string& source, const std::string& architecture);
 
 /// Paths of NVRTC that are tried where the usual names are not found.
 void set_compiler_paths(std::vector<std::string> paths);

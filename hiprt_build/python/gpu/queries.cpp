@@ -12,6 +12,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -25,11 +26,13 @@ Device device_of(bool is_hip, int number) { return {&Driver::of(is_hip ? Platfor
 
 template <class T> T* pointer(std::uint64_t address) { return reinterpret_cast<T*>(static_cast<std::uintptr_t>(address)); }
 
-/// @param description a number; or (address, strides per dimension, stride of components, kind), strides in bytes.
+/// @param description a list of one or three numbers; or (address, strides per dimension, stride of components, kind)
+/// with strides in bytes.
 Column column_of(const nb::handle& description) {
   Column column{};
   if (!nb::isinstance<nb::tuple>(description)) {
-    column.value = nb::cast<double>(description);
+    const auto values = nb::cast<std::vector<double>>(description);
+    std::copy_n(values.begin(), std::min<std::size_t>(values.size(), 3), column.values);
     return column;
   }
   const auto parts = nb::borrow<nb::tuple>(description);
@@ -127,6 +130,19 @@ void closest_point(const Scene& scene, bool is_hip, int device, std::uint64_t st
           is_double ? Precision::kDouble : Precision::kWatertight, job, job.shape.size);
 }
 
+/// @param query "cast", "occluded", "count" or "closest_point".
+std::size_t compile(const Scene& scene, const std::string& query, const std::string& precision,
+                    const std::string& architecture) {
+  const nb::gil_scoped_release without_gil;
+  const Answer answer = query == "cast"       ? Answer::kCast
+                        : query == "occluded" ? Answer::kOccluded
+                        : query == "count"    ? Answer::kCount
+                                              : Answer::kPoint;
+  const SceneView view = make_scene_view(scene.data()->view());
+  check_scene(view, answer);
+  return code_of(kernel_source(view, answer, precision_of(precision)), architecture).size();
+}
+
 /// What a DLPack capsule says of a tensor, which it keeps alive.
 struct View {
   nb::ndarray<nb::ro> array;
@@ -203,6 +219,8 @@ void add_gpu(nb::module_& module) {
   module.def("gpu_occluded", &occluded);
   module.def("gpu_count", &count);
   module.def("gpu_closest_point", &closest_point);
+  module.def("gpu_compile", &compile, nb::arg("scene"), nb::arg("query"), nb::arg("precision"),
+             nb::arg("architecture"), "Size in bytes of the kernel of a query. It needs no GPU.");
   module.def("gpu_set_compiler_paths", &set_compiler_paths);
   module.def("gpu_check_driver", [](bool is_hip) { device_of(is_hip, 0); }, "Raises GpuError without a GPU.");
   module.def("gpu_stream", [](bool is_hip, int number) {

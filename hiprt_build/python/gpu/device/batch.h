@@ -17,14 +17,17 @@ struct BatchShape {
   std::uint64_t lengths[kMostDimensions];
 };
 
+/// In bytes.
+using Distance = long long;
+
 enum class NumberKind : std::uint32_t { kFloat, kDouble, kUint32 };
 
 /// Numbers or vectors of a batch, read in place. Strides are in bytes; 0: all queries along that dimension share them.
 struct Column {
-  const std::byte* first;  ///< nullptr: value serves all queries.
-  std::int64_t strides[kMostDimensions];
-  std::int64_t component;  ///< From a component of a vector to the next.
-  double value;
+  const std::byte* first;  ///< nullptr: the values serve all queries. Numbers have one, vectors three.
+  Distance strides[kMostDimensions];
+  Distance component;  ///< From a component of a vector to the next.
+  double values[3];
   NumberKind kind;
 };
 
@@ -77,35 +80,40 @@ struct BatchIndex {
     at[0] = i;
   }
   HIPRT_HD const std::byte* in(const Column& column) const {
-    std::int64_t offset = 0;
-    for (unsigned d = 0; d < kMostDimensions; ++d) offset += static_cast<std::int64_t>(at[d]) * column.strides[d];
+    Distance offset = 0;
+    for (unsigned d = 0; d < kMostDimensions; ++d) offset += static_cast<Distance>(at[d]) * column.strides[d];
     return column.first + offset;
   }
 };
 
-/// A number of any kind. Conversion to float rounds to the nearest.
-template <class Real> HIPRT_HD inline Real number_at(const Column& column, const std::byte* from) {
-  const bool is_double = column.first == nullptr || column.kind == NumberKind::kDouble;
-  if (!is_double) return static_cast<Real>(*reinterpret_cast<const float*>(from));
-  const double number = column.first == nullptr ? column.value : *reinterpret_cast<const double*>(from);
+/// Rounds to the nearest float, if Real is float.
+template <class Real> HIPRT_HD inline Real rounded(double number) {
   if constexpr (sizeof(Real) == sizeof(double))
     return number;
   else
     return nearest_float(number);
 }
 
+template <class Real> HIPRT_HD inline Real number_at(NumberKind kind, const std::byte* from) {
+  if (kind == NumberKind::kDouble) return rounded<Real>(*reinterpret_cast<const double*>(from));
+  return static_cast<Real>(*reinterpret_cast<const float*>(from));
+}
+
 template <class Real> HIPRT_HD inline Real number_of(const Column& column, const BatchIndex& index) {
-  return number_at<Real>(column, column.first == nullptr ? nullptr : index.in(column));
+  if (column.first == nullptr) return rounded<Real>(column.values[0]);
+  return number_at<Real>(column.kind, index.in(column));
 }
 
 template <class Real> HIPRT_HD inline BasicVec3<Real> vector_of(const Column& column, const BatchIndex& index) {
+  if (column.first == nullptr)
+    return {rounded<Real>(column.values[0]), rounded<Real>(column.values[1]), rounded<Real>(column.values[2])};
   const std::byte* const from = index.in(column);
-  return {number_at<Real>(column, from), number_at<Real>(column, from + column.component),
-          number_at<Real>(column, from + 2 * column.component)};
+  return {number_at<Real>(column.kind, from), number_at<Real>(column.kind, from + column.component),
+          number_at<Real>(column.kind, from + 2 * column.component)};
 }
 
 HIPRT_HD inline std::uint32_t mask_of(const Column& column, const BatchIndex& index) {
-  if (column.first == nullptr) return static_cast<std::uint32_t>(column.value);
+  if (column.first == nullptr) return static_cast<std::uint32_t>(column.values[0]);
   return *reinterpret_cast<const std::uint32_t*>(index.in(column));
 }
 
