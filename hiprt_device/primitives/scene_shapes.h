@@ -50,17 +50,31 @@ class SceneShapes {
   template <class Real, class Report>
   HIPRT_HD HIPRT_FORCE_INLINE bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
                                              std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
-    return visit(
-        id,
-        [&](const auto& set) HIPRT_FORCE_INLINE_LAMBDA { return set.intersect(ray, tmin, tmax, id.primitive, report); },
-        true);
+    return visit(id, Intersect<Real, Report>{ray, tmin, tmax, id.primitive, report}, true);
   }
   HIPRT_HD HIPRT_FORCE_INLINE CustomPoint closest(const PointInObject& at, PrimitiveId id) const {
-    return visit(
-        id, [&](const auto& set) HIPRT_FORCE_INLINE_LAMBDA { return set.closest(at, id.primitive); }, CustomPoint{});
+    return visit(id, Closest{at, id.primitive}, CustomPoint{});
   }
 
  private:
+  // Functors, because NVRTC treats generic lambdas as host code.
+  template <class Real, class Report> struct Intersect {
+    const BasicRay<Real>& ray;
+    Real tmin, tmax;
+    std::uint32_t primitive;
+    Report& report;
+    template <class Set> HIPRT_HD HIPRT_FORCE_INLINE bool operator()(const Set& set) const {
+      return set.intersect(ray, tmin, tmax, primitive, report);
+    }
+  };
+  struct Closest {
+    const PointInObject& at;
+    std::uint32_t primitive;
+    template <class Set> HIPRT_HD HIPRT_FORCE_INLINE CustomPoint operator()(const Set& set) const {
+      return set.closest(at, primitive);
+    }
+  };
+
   /// @return visit(SphereSet or RoundCurveSet of the geometry); or @p nothing, if it has no shapes.
   template <class Visit, class Result>
   HIPRT_HD HIPRT_FORCE_INLINE Result visit(const PrimitiveId& id, const Visit& visit, const Result& nothing) const {
