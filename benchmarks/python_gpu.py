@@ -55,8 +55,8 @@ def measure(torch, scene, origins, directions, precision: str, rounds: int) -> d
     for _ in range(rounds):
         calls.append(milliseconds(cast, 1))
         torch.cuda.synchronize()
-    return {"precision": precision, "same_bits": same, "found": float(on_cpu.found.mean()), "first_call_ms": 1e3 * first,
-            "kernel_ms": statistics.median(kernels), "call_ms": statistics.median(calls),
+    return {"precision": precision, "same_bits": same, "found": float(on_cpu.found.mean()),
+            "first_call_ms": 1e3 * first, "kernel_ms": statistics.median(kernels), "call_ms": statistics.median(calls),
             "waited_ms": milliseconds(waited, rounds),
             "numpy_ms": milliseconds(lambda: scene.cast(origins, directions, precision=precision), min(rounds, 5))}
 

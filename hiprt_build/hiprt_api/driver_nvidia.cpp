@@ -132,7 +132,8 @@ class Linker {
 
 Result<void> check_driver() {
   const Functions& cuda = driver();
-  if (!cuda.library.missing().empty()) return gpu::fail(ErrorCode::kNoDevice, "no CUDA driver: ", cuda.library.missing());
+  if (!cuda.library.missing().empty())
+    return gpu::fail(ErrorCode::kNoDevice, "no CUDA driver: ", cuda.library.missing());
   if (auto done = cuda.check(cuda.initialize(0), "cuInit"); !done)
     return gpu::fail(ErrorCode::kNoDevice, done.error().message);
   return {};

@@ -17,8 +17,8 @@
 namespace {
 
 hiprt::gpu::rtc::SharedLibrary& runtime() {
-  static constexpr const char* kNames[] = {"libamdhip64.so.5", "libamdhip64.so.6", "libamdhip64.so.7",
-                                           "libamdhip64.so", "/opt/rocm/lib/libamdhip64.so"};
+  static constexpr const char* kNames[] = {"libamdhip64.so.5", "libamdhip64.so.6", "libamdhip64.so.7", "libamdhip64.so",
+                                           "/opt/rocm/lib/libamdhip64.so"};
   static hiprt::gpu::rtc::SharedLibrary library(kNames);
   return library;
 }

@@ -16,5 +16,6 @@ foreach(header IN LISTS headers)
   string(APPEND table "    {\"${included}\", k${name}},\n")
 endforeach()
 file(APPEND ${OUTPUT}.new "constexpr EmbeddedHeader kHeaders[] = {\n${table}};\n\n}  // namespace\n
-std::span<const EmbeddedHeader> ${FUNCTION}();\nstd::span<const EmbeddedHeader> ${FUNCTION}() { return kHeaders; }\n\n}  // namespace hiprt::gpu::rtc\n")
+std::span<const EmbeddedHeader> ${FUNCTION}();
+std::span<const EmbeddedHeader> ${FUNCTION}() { return kHeaders; }\n\n}  // namespace hiprt::gpu::rtc\n")
 file(RENAME ${OUTPUT}.new ${OUTPUT})

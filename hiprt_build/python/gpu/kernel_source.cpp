@@ -58,7 +58,8 @@ std::string kernel_source(const SceneView& scene, Answer answer, Precision preci
   const bool is_point = answer == Answer::kPoint, has_customs = (scene.features & feature_bit(Feature::kCustom)) != 0;
   const std::string job = job_of(answer);
   std::string call = "answer<Tracer, " + std::string(has_customs ? "SceneShapes" : "NoPrimitives") + ">";
-  if (is_point) call = std::string("answer_point<Tracer, ") + (precision == Precision::kDouble ? "double" : "float") + ">";
+  if (is_point)
+    call = std::string("answer_point<Tracer, ") + (precision == Precision::kDouble ? "double" : "float") + ">";
   return "#include <hip/hip_runtime.h>\n#include <hiprt_build/python/gpu/device/queries.h>\n"
          "namespace hiprt::python::gpu {\nstruct Tracer : " +
          policies_of(scene, is_point || precision == Precision::kDouble, precision) +
@@ -66,7 +67,8 @@ std::string kernel_source(const SceneView& scene, Answer answer, Precision preci
          "extern \"C\" __global__ void __launch_bounds__(" + std::to_string(kBlockThreads) + ") " + kKernel +
          "(SceneView scene, " + job + " job, unsigned long long size) {\n" +
          "  const unsigned long long i = blockIdx.x * static_cast<unsigned long long>(blockDim.x) + threadIdx.x;\n"
-         "  if (i < size) " + call + "(scene, job, i);\n}\n}\n";
+         "  if (i < size) " +
+         call + "(scene, job, i);\n}\n}\n";
 }
 
 }  // namespace hiprt::python::gpu

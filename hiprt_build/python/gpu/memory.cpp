@@ -2,6 +2,8 @@
 
 #include <hiprt_build/python/errors.h>
 
+#include <optional>
+
 namespace hiprt::python::gpu {
 
 Memory::Memory(Device device, std::size_t bytes) : device_(device) {
@@ -12,6 +14,9 @@ Memory::Memory(Device device, std::size_t bytes) : device_(device) {
 
 Memory::~Memory() {
   if (data_ == nullptr) return;
+  // Work that is waited for may need the GIL: a callback of the program in the stream.
+  std::optional<nanobind::gil_scoped_release> without_gil;
+  if (Py_IsInitialized() != 0 && PyGILState_Check() != 0) without_gil.emplace();
   try {
     const CurrentDevice current(*device_.driver, device_.number);
     device_.driver->free(data_);

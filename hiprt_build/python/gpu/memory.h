@@ -14,7 +14,7 @@ struct Device {
   int number;
 };
 
-/// Frees its memory when no work of the device uses it any more.
+/// Waits for all work of the device before it frees its memory.
 class Memory {
  public:
   /// Throws LibraryError. @param bytes 0: nothing is allocated.

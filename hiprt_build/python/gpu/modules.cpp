@@ -48,8 +48,6 @@ void set_compiler_paths(std::vector<std::string> paths) {
 
 std::vector<std::byte> code_of(const std::string& source, const std::string& architecture) {
   hiprt::gpu::CompileOptions options{.architecture = architecture, .file = "hiprt_query.hip"};
-  // NVRTC takes the lambdas of functions that are no templates for the host's.
-  if (architecture.starts_with("sm_")) options.flags.push_back("-default-device");
   for (const auto& header : hiprt::gpu::rtc::embedded_python_headers())
     options.headers.push_back({header.name, header.text});
   return value_of(compile(source, options)).code;

@@ -24,7 +24,9 @@ namespace nb = nanobind;
 
 Device device_of(bool is_hip, int number) { return {&Driver::of(is_hip ? Platform::kHip : Platform::kCuda), number}; }
 
-template <class T> T* pointer(std::uint64_t address) { return reinterpret_cast<T*>(static_cast<std::uintptr_t>(address)); }
+template <class T> T* pointer(std::uint64_t address) {
+  return reinterpret_cast<T*>(static_cast<std::uintptr_t>(address));
+}
 
 /// @param description a list of one or three numbers; or (address, strides per dimension, stride of components, kind)
 /// with strides in bytes.
@@ -89,10 +91,9 @@ using Addresses = std::vector<std::uint64_t>;
 
 void cast(const Scene& scene, bool is_hip, int device, std::uint64_t stream, const std::string& precision,
           const Lengths& lengths, const nb::tuple& columns, const Addresses& to) {
-  CastJob job{rays_of(lengths, columns),     pointer<void>(to.at(0)), pointer<void>(to.at(1)),
-              pointer<void>(to.at(2)),       pointer<std::uint32_t>(to.at(3)),
-              pointer<std::uint32_t>(to.at(4)), pointer<void>(to.at(5)), pointer<float>(to.at(6)),
-              pointer<std::uint32_t>(to.at(7))};
+  CastJob job{rays_of(lengths, columns), pointer<void>(to.at(0)),          pointer<void>(to.at(1)),
+              pointer<void>(to.at(2)),   pointer<std::uint32_t>(to.at(3)), pointer<std::uint32_t>(to.at(4)),
+              pointer<void>(to.at(5)),   pointer<float>(to.at(6)),         pointer<std::uint32_t>(to.at(7))};
   enqueue(scene, device_of(is_hip, device), pointer<void>(stream), Answer::kCast, precision_of(precision), job,
           job.rays.shape.size);
 }
@@ -187,50 +188,70 @@ nb::ndarray<> tensor_of(const nb::object& memory, std::uint64_t address, const s
                        device.number);
 }
 
+std::uintptr_t new_stream(bool is_hip, int number) {
+  const Device device = device_of(is_hip, number);
+  const CurrentDevice current(*device.driver, device.number);
+  return reinterpret_cast<std::uintptr_t>(device.driver->make_stream());
+}
+
 void add_memory(nb::module_& module) {
   nb::class_<View>(module, "GpuView", "What a DLPack capsule says of a tensor, which it keeps alive.")
-      .def("__init__", [](View* self, nb::ndarray<nb::ro> array) { new (self) View{std::move(array)}; })
+      .def(
+          "__init__", [](View* self, nb::ndarray<nb::ro> array) { new (self) View{std::move(array)}; },
+          nb::arg("capsule"))
       .def_prop_ro("address", [](const View& view) { return reinterpret_cast<std::uintptr_t>(view.array.data()); })
       .def_prop_ro("shape", [](const View& view) { return view.lengths(false); })
-      .def_prop_ro("strides", [](const View& view) { return view.lengths(true); }, "In elements.")
+      .def_prop_ro(
+          "strides", [](const View& view) { return view.lengths(true); }, "In elements.")
       .def_prop_ro("type", &View::type);
   nb::class_<Memory>(module, "GpuMemory", "Memory of a GPU. When it dies, the device is waited for.")
-      .def("__init__",
-           [](Memory* self, bool is_hip, int device, std::size_t bytes) {
-             new (self) Memory(device_of(is_hip, device), bytes);
-           })
+      .def(
+          "__init__",
+          [](Memory* self, bool is_hip, int device, std::size_t bytes) {
+            new (self) Memory(device_of(is_hip, device), bytes);
+          },
+          nb::arg("is_hip"), nb::arg("device"), nb::arg("bytes"))
       .def_prop_ro("address", [](const Memory& memory) { return reinterpret_cast<std::uintptr_t>(memory.data()); });
   nb::class_<StreamPoint>(module, "GpuPoint", "A point in a stream, behind the work that is there.")
-      .def("__init__",
-           [](StreamPoint* self, bool is_hip, int device, std::uint64_t stream) {
-             new (self) StreamPoint(device_of(is_hip, device), pointer<void>(stream));
-           })
+      .def(
+          "__init__",
+          [](StreamPoint* self, bool is_hip, int device, std::uint64_t stream) {
+            new (self) StreamPoint(device_of(is_hip, device), pointer<void>(stream));
+          },
+          nb::arg("is_hip"), nb::arg("device"), nb::arg("stream"))
       .def_prop_ro("is_done", &StreamPoint::is_done)
-      .def("let_wait", [](const StreamPoint& point, std::uint64_t stream) { point.let_wait(pointer<void>(stream)); })
+      .def(
+          "let_wait", [](const StreamPoint& point, std::uint64_t stream) { point.let_wait(pointer<void>(stream)); },
+          nb::arg("stream"))
       .def("synchronize", &StreamPoint::synchronize, nb::call_guard<nb::gil_scoped_release>());
-  module.def("gpu_tensor", &tensor_of, "A DLPack capsule of a part of a GpuMemory.");
+  module.def("gpu_tensor", &tensor_of, nb::arg("memory"), nb::arg("address"), nb::arg("shape"), nb::arg("type"),
+             "A DLPack capsule of a part of a GpuMemory.");
 }
 
 }  // namespace
 
 void add_gpu(nb::module_& module) {
   add_memory(module);
-  module.def("gpu_cast", &cast);
-  module.def("gpu_occluded", &occluded);
-  module.def("gpu_count", &count);
-  module.def("gpu_closest_point", &closest_point);
-  module.def("gpu_compile", &compile, nb::arg("scene"), nb::arg("query"), nb::arg("precision"),
-             nb::arg("architecture"), "Size in bytes of the kernel of a query. It needs no GPU.");
-  module.def("gpu_set_compiler_paths", &set_compiler_paths);
-  module.def("gpu_check_driver", [](bool is_hip) { device_of(is_hip, 0); }, "Raises GpuError without a GPU.");
-  module.def("gpu_stream", [](bool is_hip, int number) {
-    const Device device = device_of(is_hip, number);
-    const CurrentDevice current(*device.driver, device.number);
-    return reinterpret_cast<std::uintptr_t>(device.driver->make_stream());
-  }, "A new stream, which lives until the end of the process.");
-  module.def("gpu_device_of", [](bool is_hip, std::uint64_t address) {
-    return device_of(is_hip, 0).driver->device_of(pointer<void>(address));
-  }, "Number of the device that has the memory.");
+  const auto add = [&](const char* name, auto function, const char* policy) {
+    module.def(name, function, nb::arg("scene"), nb::arg("is_hip"), nb::arg("device"), nb::arg("stream"),
+               nb::arg(policy), nb::arg("lengths"), nb::arg("columns"), nb::arg("to"));
+  };
+  add("gpu_cast", &cast, "precision");
+  add("gpu_occluded", &occluded, "precision");
+  add("gpu_count", &count, "precision");
+  add("gpu_closest_point", &closest_point, "is_double");
+  module.def("gpu_compile", &compile, nb::arg("scene"), nb::arg("query"), nb::arg("precision"), nb::arg("architecture"),
+             "Size in bytes of the kernel of a query. It needs no GPU.");
+  module.def("gpu_set_compiler_paths", &set_compiler_paths, nb::arg("paths"));
+  module.def(
+      "gpu_check_driver", [](bool is_hip) { device_of(is_hip, 0); }, nb::arg("is_hip"),
+      "Raises GpuError without a driver or a GPU.");
+  module.def("gpu_stream", &new_stream, nb::arg("is_hip"), nb::arg("device"),
+             "A new stream, which lives until the end of the process.");
+  module.def(
+      "gpu_device_of",
+      [](bool is_hip, std::uint64_t address) { return device_of(is_hip, 0).driver->device_of(pointer<void>(address)); },
+      nb::arg("is_hip"), nb::arg("address"), "Number of the device that has the memory.");
 }
 
 }  // namespace hiprt::python::gpu

@@ -133,7 +133,7 @@ class Batch:
         return _own_stream(self.device) if hasattr(self.library.like, "__dlpack__") else 0
 
     def _view(self, name: str, value: Any) -> View:
-        is_current = self._asked is None and self.library.name in ("torch", "cupy") and \
+        is_current = self._asked is None and self.library.orders_memory and \
             library_of(value).name == self.library.name
         view = view_of(value, name, self.device, self.stream, is_current)
         self._views.append(view)
@@ -175,11 +175,12 @@ class Batch:
         strides = []
         for (_, part), shape in zip(views, leading):
             missing = len(self.shape) - len(shape)
-            strides.append([0] * missing + [0 if length == 1 else stride for length, stride in zip(shape, part.strides)])
+            strides.append([0] * missing + [stride if length != 1 else 0
+                                            for length, stride in zip(shape, part.strides)])
         self.lengths, merged = _merged(self.shape, strides)
         if len(self.lengths) > _MOST_DIMENSIONS:
-            raise InputError(f"the arrays have {len(self.lengths)} dimensions with strides of their own, and a GPU reads "
-                             f"up to {_MOST_DIMENSIONS}: make contiguous copies")
+            raise InputError(f"the arrays have {len(self.lengths)} dimensions with strides of their own, and a GPU "
+                             f"reads up to {_MOST_DIMENSIONS}: make contiguous copies")
         columns = list(parts)
         for (i, part), steps in zip(views, merged):
             columns[i] = (part.address, steps, part.strides[-1] if i < vectors else 0, kind_of(part))
@@ -191,9 +192,10 @@ class Batch:
         arrays, addresses = self.library.empty(parts, self.device, self._asked)
         if math.prod(self.shape) != 0:
             query(scene, *self.device, self.stream, policy, self.lengths, self.columns, addresses)
+        if self._asked is None and self.library.orders_memory:
+            return arrays
         point = _core.GpuPoint(*self.device, self.stream)
-        if self._asked is not None or self.library.name not in ("torch", "cupy"):
-            _keep(point, self._views)
+        _keep(point, self._views)
         return self.library.finished(arrays, self.device, point)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import Any, NamedTuple, Optional
+from contextlib import nullcontext
+from typing import Any, ContextManager, NamedTuple, Optional
 
 import numpy as np
 
@@ -77,7 +78,10 @@ def is_on_gpu(values: Any) -> bool:
     if values is None or type(values) in (float, int, np.ndarray, list, tuple):
         return False
     if hasattr(values, "__dlpack_device__"):
-        return int(values.__dlpack_device__()[0]) in (*_CUDA_DEVICES, _HIP_DEVICE)
+        try:
+            return int(values.__dlpack_device__()[0]) in (*_CUDA_DEVICES, _HIP_DEVICE)
+        except BufferError as fault:  # For example a JAX array on several devices.
+            raise InputError(f"a tensor cannot be shared by DLPack: {fault}") from fault
     return hasattr(values, "__cuda_array_interface__")
 
 
@@ -114,7 +118,7 @@ def _interface_of(values: Any, name: str) -> View:
 def _dlpack_view(values: Any, name: str, handover: int) -> View:
     try:
         capsule = values.__dlpack__(stream=handover)
-    except (BufferError, RuntimeError, TypeError, ValueError) as fault:
+    except (AssertionError, BufferError, RuntimeError, TypeError, ValueError) as fault:
         raise InputError(f"{name}: the tensor cannot be shared by DLPack: {fault}") from fault
     view = _core.GpuView(capsule)
     size = _BYTES.get(view.type, 1)
@@ -128,7 +132,8 @@ def view_of(values: Any, name: str, device: Device, stream: int, is_current: boo
     """
     if hasattr(values, "__dlpack__"):
         # DLPack names CUDA's default stream 1, and AMD's 0.
-        view = _dlpack_view(values, name, -1 if is_current else stream or int(not device.is_hip))
+        with library_of(values).on(device):
+            view = _dlpack_view(values, name, -1 if is_current else stream or int(not device.is_hip))
     else:
         view = _interface_of(values, name)
         filled = values.__cuda_array_interface__.get("stream")
@@ -160,9 +165,16 @@ class Library:
     """What results are made with. This one is for libraries that hiprt does not know."""
 
     name = ""
+    orders_memory = False
+    """Whether it has a current stream, and reuses memory in the order of that stream."""
 
     def __init__(self, like: Any) -> None:
         self.like = like
+
+    def on(self, device: Device) -> ContextManager[Any]:
+        """Makes the device the library's current one, which it asks of those who share its tensors."""
+        del device
+        return nullcontext()
 
     def current_stream(self, device: Device) -> Optional[int]:
         """The stream in which the library works now; None: it has none that others may use."""
@@ -215,6 +227,10 @@ class Torch(Library):
     for uint32."""
 
     name = "torch"
+    orders_memory = True
+
+    def on(self, device: Device) -> ContextManager[Any]:
+        return sys.modules["torch"].cuda.device(device.number)
 
     def current_stream(self, device: Device) -> Optional[int]:
         return int(sys.modules["torch"].cuda.current_stream(device.number).cuda_stream)
@@ -242,6 +258,10 @@ class Cupy(Library):
     """CuPy's own memory, which it reuses in the order of the stream."""
 
     name = "cupy"
+    orders_memory = True
+
+    def on(self, device: Device) -> ContextManager[Any]:
+        return sys.modules["cupy"].cuda.Device(device.number)
 
     def current_stream(self, device: Device) -> Optional[int]:
         return int(sys.modules["cupy"].cuda.get_current_stream(device.number).ptr)
@@ -249,7 +269,7 @@ class Cupy(Library):
     def empty(self, parts: list[tuple[tuple[int, ...], str]], device: Device,
               stream: Any) -> tuple[list[Any], list[int]]:
         cupy = sys.modules["cupy"]
-        with cupy.cuda.Device(device.number):
+        with self.on(device):
             current = cupy.cuda.get_current_stream()
             if stream is not None and not isinstance(stream, (cupy.cuda.Stream, cupy.cuda.ExternalStream)):
                 stream = cupy.cuda.ExternalStream(handle_of(stream), device.number)

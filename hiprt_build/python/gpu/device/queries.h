@@ -14,8 +14,8 @@ template <class Real> HIPRT_HD inline void store(void* to, std::uint64_t i, cons
 }
 
 /// The closest hit of ray @p i.
-template <class P, class Primitives> HIPRT_HD inline void answer(const SceneView& scene, const CastJob& job,
-                                                                 std::uint64_t i) {
+template <class P, class Primitives>
+HIPRT_HD inline void answer(const SceneView& scene, const CastJob& job, std::uint64_t i) {
   using Real = typename P::Real;
   typename P::Stack::Memory stack;
   const auto ray = ray_of<Real>(job.rays, i);
@@ -32,8 +32,8 @@ template <class P, class Primitives> HIPRT_HD inline void answer(const SceneView
 }
 
 /// Whether ray @p i hits anything.
-template <class P, class Primitives> HIPRT_HD inline void answer(const SceneView& scene, const OccludedJob& job,
-                                                                 std::uint64_t i) {
+template <class P, class Primitives>
+HIPRT_HD inline void answer(const SceneView& scene, const OccludedJob& job, std::uint64_t i) {
   using Tracer = WithoutSurface<P>;
   typename P::Stack::Memory stack;
   const auto ray = ray_of<typename P::Real>(job.rays, i);
@@ -43,8 +43,8 @@ template <class P, class Primitives> HIPRT_HD inline void answer(const SceneView
 }
 
 /// The number of triangles that ray @p i hits.
-template <class P, class Primitives> HIPRT_HD inline void answer(const SceneView& scene, const CountJob& job,
-                                                                 std::uint64_t i) {
+template <class P, class Primitives>
+HIPRT_HD inline void answer(const SceneView& scene, const CountJob& job, std::uint64_t i) {
   using Tracer = WithoutSurface<P>;
   typename P::Stack::Memory stack;
   const auto ray = ray_of<typename P::Real>(job.rays, i);
@@ -56,8 +56,8 @@ template <class P, class Primitives> HIPRT_HD inline void answer(const SceneView
 
 /// The closest point of the scene's triangles to point @p i.
 /// @tparam P in double. @tparam Real of the results.
-template <class P, class Real> HIPRT_HD inline void answer_point(const SceneView& scene, const PointJob& job,
-                                                                 std::uint64_t i) {
+template <class P, class Real>
+HIPRT_HD inline void answer_point(const SceneView& scene, const PointJob& job, std::uint64_t i) {
   typename P::Stack::Memory stack;
   const auto near = closest_point<P>(scene, point_of<Real>(job, i), typename P::Stack::Storage(stack));
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
