@@ -264,6 +264,10 @@ def test_errors_name_the_argument(torch, rng):
         scene.cast(np.zeros((4, 3), np.float32), a)
     with pytest.raises(hiprt.InputError, match=r"tmax is in the memory of the CPU.*single numbers"):
         scene.cast(a, a, tmax=np.ones(4))
+    with pytest.raises(hiprt.InputError, match=r"tmin: expected numbers"):
+        scene.cast(a, a, tmin="near")
+    with pytest.raises(hiprt.InputError, match=r"mask.*: -1 is not between 0 and"):
+        scene.cast(a, a, mask=-1)
     with pytest.raises(hiprt.InputError, match=r"origins: .*float32 or float64, found float16"):
         scene.cast(a.half(), a)
     with pytest.raises(hiprt.InputError, match=r"mask: .*uint32 or int32, found int64"):

@@ -68,6 +68,8 @@ def test_arguments_are_checked_before_the_driver_is_asked(scene):
         scene.cast(cpu, cpu, tmax=fake)
     with pytest.raises(hiprt.InputError, match="directions is on rocm:0, and origins is on cuda:0"):
         scene.cast(fake, FakeTensor(10))
+    with pytest.raises(hiprt.InputError, match="tmin is in the memory of the CPU, and origins is on cuda:0"):
+        scene.cast(fake, [0, 0, 1], tmin=[1, 2])
     with pytest.raises(hiprt.InputError, match="has a mask"):
         scene.cast(FakeInterface(mask=FakeInterface()), [0, 0, 1])
     with pytest.raises(hiprt.InputError, match="none of float, double"):

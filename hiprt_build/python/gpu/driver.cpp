@@ -39,13 +39,19 @@ std::string find_architecture(std::string_view record) {
 const char* name_of(Platform platform) { return platform == Platform::kCuda ? "CUDA" : "HIP"; }
 
 const Driver& Driver::of(Platform platform) {
-  static const Driver cuda(Platform::kCuda), hip(Platform::kHip);
-  const Driver& driver = platform == Platform::kCuda ? cuda : hip;
-  if (!driver.library_.missing().empty())
-    fail(build::ErrorCode::kNoDevice, std::string("no ") + name_of(platform) + " driver: " + driver.library_.missing());
-  if (driver.devices_ == 0)
-    fail(build::ErrorCode::kNoDevice, std::string("the ") + name_of(platform) + " driver finds no GPU");
-  return driver;
+  if (platform == Platform::kCuda) {
+    static const Driver cuda(platform);
+    return cuda.checked();
+  }
+  static const Driver hip(platform);
+  return hip.checked();
+}
+
+const Driver& Driver::checked() const {
+  const std::string name = name_of(platform_);
+  if (!library_.missing().empty()) fail(build::ErrorCode::kNoDevice, "no " + name + " driver: " + library_.missing());
+  if (devices_ == 0) fail(build::ErrorCode::kNoDevice, "the " + name + " driver finds no GPU");
+  return *this;
 }
 
 Driver::Driver(Platform platform) : platform_(platform), library_(names_of(platform)) {
@@ -69,7 +75,8 @@ void Driver::find_cuda() {
 void Driver::find_hip() {
   library_.find("hipSetDevice", set_device_);
   library_.find("hipGetDevice", get_device_);
-  library_.find("hipGetDeviceProperties", properties_);
+  library_.look_for("hipGetDevicePropertiesR0600", properties_);  // From HIP 6 on.
+  if (properties_ == nullptr) library_.find("hipGetDeviceProperties", properties_);
   library_.find("hipGetErrorName", hip_error_);
   library_.look_for("hipPointerGetAttribute", memory_attribute_);  // From HIP 5.3 on.
 }

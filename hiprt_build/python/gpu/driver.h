@@ -55,6 +55,8 @@ class Driver {
   using Status = int;  ///< 0 is success.
 
   explicit Driver(Platform platform);
+  /// Throws without a driver or a GPU.
+  const Driver& checked() const;
   void find_common();
   void find_cuda();
   void find_hip();

@@ -20,7 +20,7 @@ _ON_GPU = ("Of NVIDIA or AMD, cast(), occluded(), count(), closest_point(), occu
 
 def is_found(primitive: Any) -> Any:
     """Whether numbers of primitives name one, bool. In tensors of PyTorch uint32 is int32, and INVALID is -1."""
-    return primitive != (-1 if str(primitive.dtype).endswith(".int32") else INVALID)
+    return primitive != (-1 if str(primitive.dtype).endswith(".int32") else np.uint32(INVALID))
 
 
 def as_numpy(values: Any, name: str) -> np.ndarray:

@@ -13,7 +13,7 @@ from typing import Any, Optional, Sequence
 import numpy as np
 
 from . import _core
-from ._arrays import as_real
+from ._arrays import as_numpy, as_real, as_uint32
 from ._errors import InputError
 from ._gpu_arrays import (Device, Library, View, device_of, handle_of, is_on_gpu, kind_of, library_of, mask_view,
                           real_view, view_of)
@@ -120,7 +120,9 @@ class Batch:
             device = device_of(value, name)
             if device != self.device:
                 raise InputError(f"{name} is on {device}, and {leader} is on {self.device}: copy it there")
-        elif np.size(value) not in (1, size) or hasattr(value, "__dlpack_device__") and np.ndim(value) > 1:
+            return
+        array = as_numpy(value, name)
+        if array.size > size or array.ndim > 1:
             raise InputError(f"{name} is in the memory of the CPU, and {leader} is on {self.device}: copy it there. "
                              f"Only {'single vectors' if size == 3 else 'single numbers'} may be on the CPU")
 
@@ -157,12 +159,10 @@ class Batch:
         """A view, or a list of one number."""
         if is_on_gpu(value):
             return (mask_view if name == "mask" else real_view)(self._view(name, value), name)
-        number = np.asarray(value).reshape(())[()]
-        if name != "mask":
-            return [float(number)]
-        if not isinstance(number, (int, np.integer)) or not 0 <= number <= 0xFFFFFFFF:
-            raise InputError(f"mask: {number} is not a whole number between 0 and 2^32 - 1")
-        return [float(number)]
+        array = (as_uint32 if name == "mask" else as_real)(value, name)
+        if array.size != 1:
+            raise InputError(f"{name}: expected a number, found shape {array.shape}")
+        return [float(array.reshape(()))]
 
     def _arrange(self, parts: list[Any], vectors: int, names: list[str]) -> None:
         """Finds the shape of the batch, and describes the columns as gpu/queries.cpp takes them."""

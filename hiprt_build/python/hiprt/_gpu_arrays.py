@@ -254,6 +254,16 @@ class Torch(Library):
         return sys.modules["torch"].where(condition, yes, no)
 
 
+class _Stream:
+    """The driver's number of a stream, as NVIDIA's protocol for streams shows it."""
+
+    def __init__(self, handle: int) -> None:
+        self.handle = handle
+
+    def __cuda_stream__(self) -> tuple[int, int]:
+        return 0, self.handle
+
+
 class Cupy(Library):
     """CuPy's own memory, which it reuses in the order of the stream."""
 
@@ -271,11 +281,19 @@ class Cupy(Library):
         cupy = sys.modules["cupy"]
         with self.on(device):
             current = cupy.cuda.get_current_stream()
-            if stream is not None and not isinstance(stream, (cupy.cuda.Stream, cupy.cuda.ExternalStream)):
-                stream = cupy.cuda.ExternalStream(handle_of(stream), device.number)
+            if stream is not None and not isinstance(stream, type(current)):
+                stream = self._external(handle_of(stream), device)
             with current if stream is None else stream:
                 arrays = [cupy.empty(shape, kind) for shape, kind in parts]
         return arrays, [array.data.ptr for array in arrays]
+
+    @staticmethod
+    def _external(handle: int, device: Device) -> Any:
+        """A stream of another library. From version 14 on CuPy takes objects with __cuda_stream__."""
+        cuda = sys.modules["cupy"].cuda
+        if hasattr(cuda.Stream, "from_external"):
+            return cuda.Stream.from_external(_Stream(handle))
+        return cuda.ExternalStream(handle, device.number)
 
     def finished(self, arrays: list[Any], device: Device, point: Any) -> list[Any]:
         return arrays
