@@ -74,12 +74,19 @@ def test_version_is_that_of_the_library():
 
 
 def test_all_examples_are_run():
-    assert {path.stem for path in EXAMPLES.glob("*.py")} == {"first_program", *PRINTED}
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == {"first_program", "first_gpu_program", *PRINTED}
 
 
 def test_first_program(capsys):
     runpy.run_path(os.fspath(EXAMPLES / "first_program.py"))
     assert capsys.readouterr().out == "6 of 9 rays hit; t = 2.000, primitive 0\n"
+
+
+def test_first_gpu_program(capsys):
+    make_library("torch")  # Skips without PyTorch or a GPU.
+    runpy.run_path(os.fspath(EXAMPLES / "first_gpu_program.py"))
+    assert re.fullmatch(r"\d+% of the pairs on cuda:0 do not see each other; \d+ of 1000 points are above the "
+                        r"triangle, 1\.[45] on average\n", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("name", PRINTED)

@@ -57,9 +57,9 @@ const Driver& Driver::checked() const {
 Driver::Driver(Platform platform) : platform_(platform), library_(names_of(platform)) {
   platform == Platform::kCuda ? find_cuda() : find_hip();
   find_common();
-  if (!library_.missing().empty()) return;
-  if (initialize_ != nullptr && initialize_(0) != 0) return;
-  if (count_(&devices_) != 0) devices_ = 0;
+  if (!library_.missing().empty() || count_ == nullptr) return;
+  const bool ready = initialize_ == nullptr || initialize_(0) == 0;
+  if (!ready || count_(&devices_) != 0) devices_ = 0;
 }
 
 void Driver::find_cuda() {
