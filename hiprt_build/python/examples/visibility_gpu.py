@@ -1,7 +1,7 @@
 """Which points see each other, on a GPU: all pairs of 2000 points among spheres, as tensors of PyTorch.
 
-Origins are broadcast: the kernel reads each point in place for all its rays. The picture is the matrix of visible pairs,
-sorted by how many points each one sees.
+Origins are broadcast: the kernel reads each point in place for all its rays. The picture is the matrix of visible
+pairs, sorted by how many points each one sees.
 """
 
 import sys
