@@ -1,6 +1,7 @@
 """The libraries of tensors that the GPU tests use, behind four functions each."""
 
 import importlib
+import os
 
 import numpy as np
 import pytest
@@ -54,6 +55,7 @@ class CupyLibrary:
 
 class JaxLibrary:
     def __init__(self):
+        os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")  # The other libraries need memory too.
         self.jax = importlib.import_module("jax")
         self.jax.config.update("jax_enable_x64", True)
         if all(device.platform == "cpu" for device in self.jax.devices()):

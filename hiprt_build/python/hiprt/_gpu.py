@@ -8,13 +8,14 @@ import math
 import os
 import sys
 import threading
+from contextlib import suppress
 from typing import Any, Optional, Sequence
 
 import numpy as np
 
 from . import _core
 from ._arrays import as_numpy, as_real, as_uint32
-from ._errors import InputError
+from ._errors import GpuError, InputError
 from ._gpu_arrays import (Device, Library, View, device_of, handle_of, is_on_gpu, kind_of, library_of, mask_view,
                           real_view, view_of)
 
@@ -70,7 +71,8 @@ def _keep(point: Any, owners: Any) -> None:
 @atexit.register
 def _let_go() -> None:
     for point, _ in _kept:
-        point.synchronize()
+        with suppress(GpuError):  # Programs have seen it.
+            point.synchronize()
     _kept.clear()
 
 
