@@ -176,7 +176,8 @@ nb::dlpack::dtype type_of(const std::string& name) {
   if (name == "uint32") return nb::dtype<std::uint32_t>();
   if (name == "uint8") return nb::dtype<std::uint8_t>();
   if (name == "bool") return nb::dtype<bool>();
-  return nb::dtype<float>();
+  if (name == "float32") return nb::dtype<float>();
+  refuse("results have no type " + name);
 }
 
 /// A DLPack capsule of a part of the memory, which the capsule keeps alive.
