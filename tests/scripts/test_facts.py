@@ -3,9 +3,11 @@
 
 - `<!-- fact: NAME -->VALUE<!-- /fact -->` in a page has the value that facts() finds.
 - The tables of stacks, builders, layouts and sections name all that there are, and nothing else.
+- A build folder that a page installs from is that of a preset with an install target and all of its files.
 - The charts in hiprt_device/docs/images are what make_charts.py draws.
 """
 
+import json
 import re
 import subprocess
 import sys
@@ -76,6 +78,25 @@ def list_faults(root: Path) -> list[str]:
             differences("POLICIES.md", re.findall(r"`(\w+)Layout`", policies), layouts(root)))
 
 
+def install_faults(root: Path) -> list[str]:
+    """`cmake --install build/PRESET` of pages: the preset builds and installs everything."""
+    presets = json.loads(read(root, "CMakePresets.json"))
+    variables, parents = ({p["name"]: p.get(key, other) for p in presets["configurePresets"]}
+                          for key, other in (("cacheVariables", {}), ("inherits", None)))
+    partial = {p["configurePreset"] for p in presets["buildPresets"] if "targets" in p}
+    faults, count = [], 0
+    for page in pages.guide(root):
+        for name in re.findall(r"cmake --install build/(\w+)", read(root, page)):
+            count += 1
+            chain, switch = name if name in variables else None, None
+            while chain and switch is None:
+                chain, switch = parents[chain], variables[chain].get("HIPRT_INSTALL")
+            if name not in variables or switch == "OFF" or name in partial:
+                faults.append(f"{page}: the preset '{name}' cannot be installed: it is unknown, has HIPRT_INSTALL=OFF, "
+                              "or builds some targets only")
+    return faults if count else ["no page says 'cmake --install build/PRESET'; test_facts.py has to follow"]
+
+
 def chart_faults(root: Path) -> list[str]:
     images = root / pages.DOCS / "images"
     with tempfile.TemporaryDirectory() as folder:
@@ -93,7 +114,7 @@ def main() -> int:
             count += 1
             if known.get(fact) != value:
                 faults.append(f"{name}: {fact} is {known.get(fact, 'no fact')}, the page says {value}")
-    faults += list_faults(root) + chart_faults(root)
+    faults += list_faults(root) + install_faults(root) + chart_faults(root)
     print("\n".join(faults) or f"{count} facts and the lists of the pages are the code's")
     return 1 if faults else 0
 
