@@ -10,6 +10,11 @@
 
 #include <tests/catch.h>
 
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
 using namespace hiprt;
 using namespace hiprt::tools;
 using namespace hiprt::test;
@@ -170,6 +175,31 @@ TEST_CASE("Reading EXR: pictures and tiles above the limits are refused with the
   ExrKind tiled;
   tiled.tiles = Imf::TileDescription(1, 40000);
   check_refused(write_tiles(folder / "a.exr", tiled), large, "tiles of 1 x 40000 pixels, the limit is 32768 per side");
+}
+
+TEST_CASE("Reading EXR: attributes that every picture has are of their type, and there once") {
+  const TempFolder folder;
+  const std::string zero(1, '\0');
+  const std::string whole = read_file(write_lines(folder / "a.exr", {}));
+  const std::vector<std::pair<std::string, std::string>> known{
+      {"channels", "chlist"},        {"compression", "compression"}, {"dataWindow", "box2i"},
+      {"displayWindow", "box2i"},    {"lineOrder", "lineOrder"},     {"pixelAspectRatio", "float"},
+      {"screenWindowCenter", "v2f"}, {"screenWindowWidth", "float"}};
+  for (const auto& [name, type] : known) {
+    const std::string begin = name + zero + type + zero;
+    const std::size_t at = whole.find(begin);
+    REQUIRE(at != std::string::npos);
+    std::string other = whole;
+    other[at + begin.size() - 2] ^= 1;
+    const std::string wrong = other.substr(at + name.size() + 1, type.size());
+    check_refused(folder.write("type.exr", other), kInvalid,
+                  "attribute '" + name + "' is of type '" + wrong + "', not '" + type + "'");
+    std::uint32_t size = 0;
+    std::memcpy(&size, whole.data() + at + begin.size(), sizeof(size));
+    std::string twice = whole;
+    twice.insert(at, whole.substr(at, begin.size() + sizeof(size) + size));
+    check_refused(folder.write("twice.exr", twice), kInvalid, "attribute '" + name + "' is there twice");
+  }
 }
 
 TEST_CASE("Reading EXR: a file truncated anywhere is refused") {

@@ -119,8 +119,49 @@ struct Chunks {
   }
 };
 
+/// The attributes that OpenEXR knows by name, with their types.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kKnown{{{"channels", "chlist"},
+                                                                                {"chunkCount", "int"},
+                                                                                {"compression", "compression"},
+                                                                                {"dataWindow", "box2i"},
+                                                                                {"displayWindow", "box2i"},
+                                                                                {"lineOrder", "lineOrder"},
+                                                                                {"name", "string"},
+                                                                                {"pixelAspectRatio", "float"},
+                                                                                {"screenWindowCenter", "v2f"},
+                                                                                {"screenWindowWidth", "float"},
+                                                                                {"tiles", "tiledesc"},
+                                                                                {"type", "string"},
+                                                                                {"version", "int"}}};
+
+/// Which attributes of kKnown a header has had.
+class KnownAttributes {
+ public:
+  /// @return what is wrong, or nothing. OpenEXR 3.4 drops such an attribute, and reads on inside its value.
+  std::string take(std::string_view name, std::string_view type) {
+    for (std::size_t i = 0; i < kKnown.size(); ++i) {
+      if (kKnown[i].first != name) continue;
+      if (kKnown[i].second != type)
+        return "attribute " + in_quotes(name) + " is of type " + in_quotes(type) + ", not " +
+               in_quotes(kKnown[i].second);
+      if (seen_[i]) return "attribute " + in_quotes(name) + " is there twice";
+      seen_[i] = true;
+    }
+    return {};
+  }
+
+ private:
+  std::array<bool, kKnown.size()> seen_{};
+};
+
+/// What a header has said so far.
+struct Part {
+  Chunks chunks;
+  KnownAttributes known;
+};
+
 /// Removes one attribute. @return what is wrong, or nothing.
-std::string take_attribute(std::string_view name, std::string_view& rest, Chunks& chunks) {
+std::string take_attribute(std::string_view name, std::string_view& rest, Part& part) {
   const std::string_view type = take_name(rest);
   if (rest.size() < 4) return "the header ends inside attribute " + in_quotes(name);
   const std::uint32_t size = number_at(rest, 0);
@@ -128,10 +169,11 @@ std::string take_attribute(std::string_view name, std::string_view& rest, Chunks
   if (size > rest.size())
     return "attribute " + in_quotes(name) + " has " + std::to_string(size) + " bytes, but only " +
            std::to_string(rest.size()) + " are left in the file";
+  if (std::string fault = part.known.take(name, type); !fault.empty()) return fault;
   if (!fits(type, rest.substr(0, size)))
     return "attribute " + in_quotes(name) + " of type " + in_quotes(type) + " does not fit its " +
            std::to_string(size) + " bytes";
-  chunks.read(name, type, rest.substr(0, size));
+  part.chunks.read(name, type, rest.substr(0, size));
   rest.remove_prefix(size);
   return {};
 }
@@ -144,20 +186,20 @@ std::string fault_of_exr_attributes(std::span<const std::byte> file) {
   const bool many = (number_at(rest, 4) & kMultiPart) != 0;
   rest.remove_prefix(kHeaderBytes);
   // An empty name ends the header of a part; of many parts, an empty header ends the list.
-  Chunks chunks;
+  Part part;
   for (bool any = false; !rest.empty();) {
     const std::string_view name = take_name(rest);
     if (name.empty()) {
-      if (chunks.least() > file.size() / 8)
-        return std::to_string(chunks.least()) + " chunks, each with 8 bytes in a table, but the file has " +
+      if (part.chunks.least() > file.size() / 8)
+        return std::to_string(part.chunks.least()) + " chunks, each with 8 bytes in a table, but the file has " +
                std::to_string(file.size()) + " bytes";
       if (!many || !any) break;
       any = false;
-      chunks = {};
+      part = {};
       continue;
     }
     any = true;
-    if (std::string fault = take_attribute(name, rest, chunks); !fault.empty()) return fault;
+    if (std::string fault = take_attribute(name, rest, part); !fault.empty()) return fault;
   }
   return {};
 }

@@ -44,6 +44,10 @@ class MemoryInput : public Imf::IStream {
   }
   std::uint64_t tellg() override { return position_; }
   void seekg(std::uint64_t position) override { position_ = position; }
+#if __has_include(<OpenEXR/ImfContextInit.h>)
+  /// OpenEXR then allocates nothing for an attribute that is larger than the file.
+  std::int64_t size() override { return static_cast<std::int64_t>(bytes_.size()); }
+#endif
 
   static constexpr const char* kEndsEarly = "the file ends too early";
   /// Whether a read went beyond the end. OpenEXR 3.4 returns such a picture without its last rows.
