@@ -43,6 +43,14 @@ expect 0 "| procedural | around |" "$build/benchmarks/bench_points" --triangles=
   --scene=procedural
 expect 2 "" "$build/benchmarks/bench_points" --rounds=0
 expect 2 "no builder 'fast'" "$build/benchmarks/bench_hair" --builders=fast
+expect 0 "" "$build/tools/bvhbuild" "$work/scenes/head.mesh" -o "$work/scenes/head.bvh"
+expect 0 "| 32    |" "$build/benchmarks/ranks/bench_ranks" "--bvh=$work/scenes/head.bvh" --ranks=1,32 --samples=16 \
+  --width=320 --height=180 "--json=$work/ranks.json"
+expect 2 "--ranks=0: expected numbers" "$build/benchmarks/ranks/bench_ranks" "--bvh=$work/scenes/head.bvh" --ranks=0
+expect 2 "--bvh=FILE is missing" "$build/benchmarks/ranks/bench_ranks"
+expect 1 "none.bvh" "$build/benchmarks/ranks/bench_ranks" "--bvh=$work/none.bvh"
+expect 1 "none.cam: cannot be read" "$build/benchmarks/ranks/bench_ranks" "--bvh=$work/scenes/head.bvh" \
+  "--camera=$work/none.cam"
 for name in island.scene stadium.mesh swarm.json swarm_still.json; do
   expect 0 "" "$build/tools/bvhbuild" "$work/scenes/$name" -o "$work/scenes/${name%.*}.bvh"
   expect 0 "" "$build/tools/bvhinfo" --validate "$work/scenes/${name%.*}.bvh"

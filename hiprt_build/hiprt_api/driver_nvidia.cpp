@@ -1,8 +1,7 @@
 // CUDA's driver, loaded when it is first needed.
 
 #include <hiprt_build/hiprt_api/driver.h>
-
-#include <dlfcn.h>
+#include <hiprt_build/rtc/shared_library.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -14,6 +13,7 @@ namespace {
 
 /// A CUresult: 0 is success.
 using Status = int;
+constexpr const char* kNames[] = {"libcuda.so.1"};
 /// Kinds of code, CUjitInputType.
 constexpr int kInputCubin = 0, kInputPtx = 1, kInputFatbin = 2;
 
@@ -29,26 +29,20 @@ struct Functions {
   Status (*link_add)(void*, int, void*, std::size_t, const char*, unsigned, int*, void**) = nullptr;
   Status (*link_complete)(void*, void**, std::size_t*) = nullptr;
   Status (*link_destroy)(void*) = nullptr;
-  std::string missing;
+  gpu::rtc::SharedLibrary library;
 
-  Functions() {
-    void* const library = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) {
-      const char* const reason = dlerror();
-      missing = reason != nullptr ? reason : "libcuda.so.1";
-      return;
-    }
-    get(library, "cuInit", initialize);
-    get(library, "cuCtxPushCurrent_v2", push);
-    get(library, "cuCtxPopCurrent_v2", pop);
-    get(library, "cuModuleLoadData", load);
-    get(library, "cuModuleGetFunction", find);
-    get(library, "cuModuleUnload", unload);
-    get(library, "cuGetErrorName", name);
-    get(library, "cuLinkCreate_v2", link_create);
-    get(library, "cuLinkAddData_v2", link_add);
-    get(library, "cuLinkComplete", link_complete);
-    get(library, "cuLinkDestroy", link_destroy);
+  Functions() : library(kNames) {
+    library.find("cuInit", initialize);
+    library.find("cuCtxPushCurrent_v2", push);
+    library.find("cuCtxPopCurrent_v2", pop);
+    library.find("cuModuleLoadData", load);
+    library.find("cuModuleGetFunction", find);
+    library.find("cuModuleUnload", unload);
+    library.find("cuGetErrorName", name);
+    library.find("cuLinkCreate_v2", link_create);
+    library.find("cuLinkAddData_v2", link_add);
+    library.find("cuLinkComplete", link_complete);
+    library.find("cuLinkDestroy", link_destroy);
   }
 
   Result<void> check(Status status, const char* call) const {
@@ -57,12 +51,6 @@ struct Functions {
     if (name(status, &text) != 0 || text == nullptr) text = "unknown error";
     constexpr Status kOutOfMemory = 2;
     return gpu::fail(status == kOutOfMemory ? ErrorCode::kOutOfMemory : ErrorCode::kGpu, call, ": ", text);
-  }
-
- private:
-  template <class Function> void get(void* library, const char* symbol, Function& function) {
-    function = reinterpret_cast<Function>(dlsym(library, symbol));
-    if (function == nullptr && missing.empty()) missing = std::string("libcuda.so.1 lacks ") + symbol;
   }
 };
 
@@ -144,14 +132,15 @@ class Linker {
 
 Result<void> check_driver() {
   const Functions& cuda = driver();
-  if (!cuda.missing.empty()) return gpu::fail(ErrorCode::kNoDevice, "no CUDA driver: ", cuda.missing);
+  if (!cuda.library.missing().empty())
+    return gpu::fail(ErrorCode::kNoDevice, "no CUDA driver: ", cuda.library.missing());
   if (auto done = cuda.check(cuda.initialize(0), "cuInit"); !done)
     return gpu::fail(ErrorCode::kNoDevice, done.error().message);
   return {};
 }
 
 CurrentContext::CurrentContext(void* context, int device) {
-  if (!driver().missing.empty()) {
+  if (!driver().library.missing().empty()) {
     result_ = check_driver();
   } else if (context != nullptr) {
     result_ = driver().check(driver().push(context), "cuCtxPushCurrent");

@@ -4,6 +4,8 @@
 // Kernels are registered at the first use of one, because the runtime's own initialisation may come after this
 // library's.
 
+#include <hiprt_build/rtc/shared_library.h>
+
 #include <hip/hip_runtime_api.h>
 
 #include <dlfcn.h>
@@ -14,24 +16,17 @@
 
 namespace {
 
-/// A runtime that the program has loaded is the one with the program's streams and memory.
-void* runtime() {
-  static void* const library = [] {
-    constexpr const char* kNames[] = {"libamdhip64.so.5", "libamdhip64.so.6", "libamdhip64.so.7", "libamdhip64.so",
-                                      "/opt/rocm/lib/libamdhip64.so"};
-    void* found = nullptr;
-    for (const int mode : {RTLD_NOW | RTLD_NOLOAD, RTLD_NOW})
-      for (const char* name : kNames)
-        if (found == nullptr) found = dlopen(name, mode);
-    return found;
-  }();
+hiprt::gpu::rtc::SharedLibrary& runtime() {
+  static constexpr const char* kNames[] = {"libamdhip64.so.5", "libamdhip64.so.6", "libamdhip64.so.7", "libamdhip64.so",
+                                           "/opt/rocm/lib/libamdhip64.so"};
+  static hiprt::gpu::rtc::SharedLibrary library(kNames);
   return library;
 }
 
 template <class Function> Function find(const char* name) {
-  void* address = dlsym(RTLD_DEFAULT, name);
-  if (address == nullptr && runtime() != nullptr) address = dlsym(runtime(), name);
-  return reinterpret_cast<Function>(address);
+  auto function = reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, name));
+  if (function == nullptr) runtime().look_for(name, function);
+  return function;
 }
 
 /// Arguments of __hipRegisterFunction().

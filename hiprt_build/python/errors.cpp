@@ -18,7 +18,7 @@ const char* class_of(build::ErrorCode code) {
     case build::ErrorCode::kBackend:
     case build::ErrorCode::kNoDevice:
     case build::ErrorCode::kGpu:
-      break;
+      return "GpuError";
   }
   return "Error";
 }

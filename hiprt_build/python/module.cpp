@@ -3,6 +3,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/python/build.h>
 #include <hiprt_build/python/errors.h>
+#include <hiprt_build/python/gpu/queries.h>
 #include <hiprt_build/python/points.h>
 #include <hiprt_build/python/queries.h>
 #include <hiprt_build/python/rays.h>
@@ -23,6 +24,7 @@ NB_MODULE(_core, module) {
   python::add_points(module);
   python::add_point_queries(module);
   python::add_overlaps(module);
+  python::gpu::add_gpu(module);
   module.def("version", &hiprt::build::version, "Version of the library, for example \"0.2.0\".");
   module.def("trace_isa", &python::trace_isa, "Instruction set of the tracers, for example \"x86_64_v3\".");
 }

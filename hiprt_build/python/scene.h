@@ -5,6 +5,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/host/host_part.h>
+#include <hiprt_build/python/gpu/scene_copies.h>
 #include <hiprt_build/python/watch.h>
 
 #include <nanobind/nanobind.h>
@@ -29,6 +30,8 @@ class SceneData : public std::enable_shared_from_this<SceneData> {
   /// The view for a query. To prepare a triangle for the host takes about as long as a ray gains by it. So that is done
   /// when there have been as many rays as triangles. If the watch is stopped meanwhile, the scene is not prepared.
   SceneView view_for(std::uint64_t rays, const Watch& watch) const;
+  /// The view for kernels, which reads a copy on the device.
+  SceneView on_gpu(gpu::Device device, gpu::Stream stream) const { return copies_.on(view_, device, stream); }
 
  private:
   void prepare(const Watch& watch) const;
@@ -36,6 +39,7 @@ class SceneData : public std::enable_shared_from_this<SceneData> {
   build::Buffer buffer_;
   BufferView view_;
   HostPart host_;
+  gpu::SceneCopies copies_;
   std::optional<build::BuildStatistics> statistics_;
   mutable std::atomic<std::uint64_t> rays_{0};
   mutable std::atomic<bool> prepared_{false};

@@ -30,11 +30,6 @@ tl::unexpected<Error> fail(ErrorCode code, std::string message) {
   return tl::unexpected(Error{code, std::move(message)});
 }
 
-template <class Function> bool find(void* library, const std::string& name, Function& function) {
-  function = reinterpret_cast<Function>(dlsym(library, name.c_str()));
-  return function != nullptr;
-}
-
 }  // namespace
 
 /// Destroys the program at the end.
@@ -52,23 +47,24 @@ class Compiler::OwnedProgram {
   const Compiler& compiler_;
 };
 
-/// @return the name of a function that the library lacks, or nullptr.
-const char* Compiler::find_functions(void* library) {
+void Compiler::find_functions(SharedLibrary& library) {
   const bool nvrtc = kind_ == CompilerKind::kNvrtc;
   const std::string prefix = nvrtc ? "nvrtc" : "hiprtc";
-  if (!find(library, prefix + "GetErrorString", error_string_)) return "GetErrorString";
-  if (!find(library, prefix + "Version", version_)) return "Version";
-  if (!find(library, prefix + "CreateProgram", create_)) return "CreateProgram";
-  if (!find(library, prefix + "DestroyProgram", destroy_)) return "DestroyProgram";
-  if (!find(library, prefix + "AddNameExpression", add_name_)) return "AddNameExpression";
-  if (!find(library, prefix + "CompileProgram", compile_)) return "CompileProgram";
-  if (!find(library, prefix + "GetProgramLogSize", log_size_)) return "GetProgramLogSize";
-  if (!find(library, prefix + "GetProgramLog", log_)) return "GetProgramLog";
-  if (!find(library, prefix + "GetLoweredName", lowered_name_)) return "GetLoweredName";
+  library.find(prefix + "GetErrorString", error_string_);
+  library.find(prefix + "Version", version_);
+  library.find(prefix + "CreateProgram", create_);
+  library.find(prefix + "DestroyProgram", destroy_);
+  library.find(prefix + "AddNameExpression", add_name_);
+  library.find(prefix + "CompileProgram", compile_);
+  library.find(prefix + "GetProgramLogSize", log_size_);
+  library.find(prefix + "GetProgramLog", log_);
+  library.find(prefix + "GetLoweredName", lowered_name_);
   const std::string code = prefix + (nvrtc ? "GetCUBIN" : "GetCode");
-  if (!find(library, code + "Size", code_size_) || !find(library, code, code_)) return "GetCode";
-  if (nvrtc && (!find(library, "nvrtcGetPTXSize", ptx_size_) || !find(library, "nvrtcGetPTX", ptx_))) return "GetPTX";
-  return nullptr;
+  library.find(code + "Size", code_size_);
+  library.find(code, code_);
+  if (!nvrtc) return;
+  library.find("nvrtcGetPTXSize", ptx_size_);
+  library.find("nvrtcGetPTX", ptx_);
 }
 
 std::string Compiler::describe_library() const {
@@ -100,16 +96,12 @@ Result<Compiler*> Compiler::load(CompilerKind kind, const std::string& library) 
     candidates.assign(std::begin(kHiprtcNames), std::end(kHiprtcNames));
   std::string reasons;
   for (const char* candidate : candidates) {
-    void* const handle = dlopen(candidate, RTLD_NOW | RTLD_LOCAL);
-    if (handle == nullptr) {
-      const char* const reason = dlerror();
-      reasons += std::string("\n  ") + (reason != nullptr ? reason : candidate);
-      continue;
-    }
+    SharedLibrary found({&candidate, 1});
     std::unique_ptr<Compiler> made(new Compiler(kind));
-    if (const char* missing = made->find_functions(handle)) {
-      reasons += std::string("\n  ") + candidate + ": it lacks " + missing;
-      dlclose(handle);
+    made->find_functions(found);
+    if (!found.missing().empty()) {
+      reasons += "\n  " + found.missing();
+      found.close();
       continue;
     }
     made->identity_ = made->describe_library();

@@ -2,6 +2,7 @@
 /// NVRTC or hipRTC, loaded from its library. Their interfaces differ in names only. Internal.
 
 #include <hiprt_build/gpu/compile.h>
+#include <hiprt_build/rtc/shared_library.h>
 
 #include <memory>
 #include <mutex>
@@ -31,7 +32,7 @@ class Compiler {
   class OwnedProgram;
 
   explicit Compiler(CompilerKind kind) : kind_(kind) {}
-  const char* find_functions(void* library);
+  void find_functions(SharedLibrary& library);
   std::string describe_library() const;
   std::vector<std::string> flags_of(const CompileOptions& options) const;
   std::string log_of(Program program) const;

@@ -1,7 +1,8 @@
 # Writes a C++ source with the text of headers.
-# usage: cmake -DROOT=FOLDER -DOUTPUT=FILE -P embed_headers.cmake: the headers are those of ROOT/hiprt_device.
+# usage: cmake -DROOT=FOLDER -DFOLDER=hiprt_device -DFUNCTION=embedded_headers -DOUTPUT=FILE -P embed_headers.cmake
+# The headers are those below ROOT/FOLDER, and FUNCTION() returns them.
 # Headers of hiprt_device/compat have the names that programs of HIPRT write: hiprt/hiprt_device.h.
-file(GLOB_RECURSE headers RELATIVE ${ROOT} ${ROOT}/hiprt_device/*.h)
+file(GLOB_RECURSE headers RELATIVE ${ROOT} ${ROOT}/${FOLDER}/*.h)
 list(SORT headers)
 set(table "")
 file(WRITE ${OUTPUT}.new
@@ -15,5 +16,6 @@ foreach(header IN LISTS headers)
   string(APPEND table "    {\"${included}\", k${name}},\n")
 endforeach()
 file(APPEND ${OUTPUT}.new "constexpr EmbeddedHeader kHeaders[] = {\n${table}};\n\n}  // namespace\n
-std::span<const EmbeddedHeader> embedded_headers() { return kHeaders; }\n\n}  // namespace hiprt::gpu::rtc\n")
+std::span<const EmbeddedHeader> ${FUNCTION}();
+std::span<const EmbeddedHeader> ${FUNCTION}() { return kHeaders; }\n\n}  // namespace hiprt::gpu::rtc\n")
 file(RENAME ${OUTPUT}.new ${OUTPUT})

@@ -77,7 +77,7 @@ MAY_INCLUDE = {
     # The library in libhiprt's place. Nothing needs it.
     'hiprt_api': LIBRARY | {'rtc', 'compat'},
     # The Python module. Nothing needs it.
-    'python': LIBRARY,
+    'python': LIBRARY | {'rtc'},
     'base': LIBRARY,
     'scene_io': LIBRARY | {'base'},
     'scene_build': LIBRARY | {'base', 'scene_io'},

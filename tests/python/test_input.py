@@ -109,7 +109,7 @@ def test_memory_of_gpus_is_refused():
     for device in (2, 10):  # kDLCUDA, kDLROCM
         with pytest.raises(hiprt.InputError, match=f"origins: the tensor is in the memory of a GPU .DLPack device type "
                                                    f"{device}.*cpu"):
-            scene.cast(Tensor(down, (device, 0)), down)
+            scene.list(Tensor(down, (device, 0)), down)
     with pytest.raises(hiprt.InputError, match="vertices: the array is in the memory of a GPU"):
         hiprt.Mesh(CudaArray())
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import hiprt
+from gpu_libraries import make_library
 from test_render import read_png
 
 FOLDER = Path(hiprt.__file__).parent
@@ -24,6 +25,7 @@ PRINTED = {
     "distance_field": r"76800 points: -0\.20 to 1\.11, 0\.000\d from a smooth torus at most",
     "city_shadows": r"400 houses; \d\.\d hours of sun on average",
     "visibility": r"400 points: \d+% of the pairs see each other, 0 in one direction only",
+    "visibility_gpu": r"\d+ points on cuda:0: \d+% of the pairs see each other, \d+ in one direction only",
 }
 
 
@@ -72,7 +74,7 @@ def test_version_is_that_of_the_library():
 
 
 def test_all_examples_are_run():
-    assert {path.stem for path in EXAMPLES.glob("*.py")} == {"first_program", *PRINTED}
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == {"first_program", "first_gpu_program", *PRINTED}
 
 
 def test_first_program(capsys):
@@ -80,8 +82,17 @@ def test_first_program(capsys):
     assert capsys.readouterr().out == "6 of 9 rays hit; t = 2.000, primitive 0\n"
 
 
+def test_first_gpu_program(capsys):
+    make_library("torch")  # Skips without PyTorch or a GPU.
+    runpy.run_path(os.fspath(EXAMPLES / "first_gpu_program.py"))
+    assert re.fullmatch(r"\d+% of the pairs on cuda:0 do not see each other; \d+ of 1000 points are above the "
+                        r"triangle, 1\.[45] on average\n", capsys.readouterr().out)
+
+
 @pytest.mark.parametrize("name", PRINTED)
 def test_example(name, tmp_path, capsys):
+    if name.endswith("_gpu"):
+        make_library("torch")  # Skips without PyTorch or a GPU.
     program = runpy.run_path(os.fspath(EXAMPLES / f"{name}.py"))
     program["main"](os.fspath(tmp_path / "picture.png"))
     assert re.search(PRINTED[name], capsys.readouterr().out)

@@ -197,7 +197,7 @@ TEST_CASE("a compiler that is not there") {
   options.library = "libm.so.6";
   kernels = gpu::compile_kernels(kSmall, {}, options);
   REQUIRE_FALSE(kernels.has_value());
-  CHECK(kernels.error().message == "cannot load NVRTC:\n  libm.so.6: it lacks GetErrorString");
+  CHECK(kernels.error().message == "cannot load NVRTC:\n  libm.so.6: it lacks nvrtcGetErrorString");
 }
 
 TEST_CASE("the cache finds what was compiled of the same, and nothing else") {

@@ -1,7 +1,6 @@
 #include <tools/base/memory_limit.h>
 
-#include <new>
-#include <utility>
+#include <hiprt_build/format/out_of_memory.h>
 
 #ifdef __linux__
 #include <sys/resource.h>
@@ -66,11 +65,18 @@ MemoryLimit::~MemoryLimit() = default;
 
 void require_memory(std::uint64_t bytes) { ::operator delete(::operator new(bytes)); }
 
-build::Error not_enough_memory(const std::string& name) {
-  std::string message = name + ": not enough memory to read it";
-  if (limit_that_lives != 0)
-    message += "; the limit is " + std::to_string(limit_that_lives) + " bytes, --max-memory sets it";
-  return {build::ErrorCode::kOutOfMemory, std::move(message)};
+build::Error not_enough_memory(const std::string& name, std::string_view action,
+                               const std::bad_alloc& failure) noexcept {
+  try {
+    build::Error error = build::out_of_memory({action}, failure);
+    if (limit_that_lives != 0)
+      error.message = "not enough memory " + std::string(action) + "; the limit is " +
+                      std::to_string(limit_that_lives) + " bytes, --max-memory sets it";
+    error.message.insert(0, name + ": ");
+    return error;
+  } catch (const std::bad_alloc&) {
+    return build::error_or_out_of_memory(build::ErrorCode::kOutOfMemory, "out of memory");
+  }
 }
 
 }  // namespace hiprt::tools

@@ -4,7 +4,9 @@
 #include <hiprt_build/error.h>
 
 #include <cstdint>
+#include <new>
 #include <string>
+#include <string_view>
 
 namespace hiprt::tools {
 
@@ -28,7 +30,10 @@ class MemoryLimit {
 /// damaged input.
 void require_memory(std::uint64_t bytes);
 
-/// What a reader returns after std::bad_alloc: kOutOfMemory with the name of the file, and the limit if one lives.
-build::Error not_enough_memory(const std::string& name);
+/// kOutOfMemory: "a.obj: not enough memory to read it", and the limit if one lives, else the bytes wanted and free. If
+/// there is no memory for this text either, it is "out of memory".
+/// @param name of the file or thing. @param action as "to read it".
+build::Error not_enough_memory(const std::string& name, std::string_view action,
+                               const std::bad_alloc& failure) noexcept;
 
 }  // namespace hiprt::tools

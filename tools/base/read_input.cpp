@@ -13,7 +13,7 @@ build::Result<build::Buffer> read_input(const std::filesystem::path& path, unsig
   };
   auto file = build::read_file(path, threads == 1 ? ParallelLoop{} : loop);
   if (!file && file.error().code == build::ErrorCode::kOutOfMemory)
-    return tl::unexpected(not_enough_memory(path.string()));
+    return tl::unexpected(not_enough_memory(path.native(), "to read it", std::bad_alloc()));
   return file;
 }
 

@@ -182,9 +182,19 @@ int Cli::run(int argc, const char* const* argv, const std::function<build::Resul
     if (!std::cout.flush()) return fail("cannot write to standard output");
     return kExitSuccess;
   } catch (const std::bad_alloc&) {
-    return fail("not enough memory");
+    return fail_without_memory();
   } catch (const std::exception& error) {
     return fail(error.what());
+  }
+}
+
+int Cli::fail_without_memory() const noexcept {
+  try {
+    return fail("not enough memory");
+  } catch (const std::bad_alloc&) {
+    // Not even for this message.
+    std::fputs("not enough memory\n", stderr);
+    return kExitFailure;
   }
 }
 

@@ -71,6 +71,7 @@ class Cli {
   int parse(int argc, const char* const* argv, bool& stop);
   std::string usage_error(const CLI::ParseError& error) const;
   int fail(const std::string& message) const;
+  int fail_without_memory() const noexcept;
 
   ToolInfo info_;
   std::unique_ptr<CLI::App> app_;

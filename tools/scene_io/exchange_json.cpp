@@ -287,8 +287,8 @@ build::Result<build::ExchangeBvh> read_exchange(const std::filesystem::path& pat
   if (!nlohmann::json::sax_parse(begin, begin + file->size(), &reader))
     return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + reader.error()});
   return reader.take();
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(not_enough_memory(path.string()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
 }
 
 build::Result<void> write_exchange(const std::filesystem::path& path, const build::ExchangeBvh& tree) {

@@ -31,9 +31,8 @@ build::Result<void> write_parts(const std::filesystem::path& path, const Header&
   const auto behind = std::ranges::copy(numbers, bytes.begin() + sizeof(header)).out;
   std::ranges::copy(records, behind);
   return build::write_file(path, bytes);
-} catch (const std::bad_alloc&) {
-  return fail(build::ErrorCode::kOutOfMemory,
-              path.string() + ": not enough memory to write " + std::to_string(records.size()) + " bytes of results");
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to write the results", failure));
 }
 
 std::string shape_text(std::uint32_t shape) {
@@ -70,8 +69,8 @@ build::Result<QueryBatch> read_queries(const std::filesystem::path& path, QueryS
   QueryBatch batch{shape, std::vector<float>(static_cast<std::size_t>(floats))};
   std::ranges::copy(bytes.subspan(sizeof(header)), std::as_writable_bytes(std::span{batch.values}).begin());
   return batch;
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(not_enough_memory(path.string()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
 }
 
 build::Result<void> write_queries(const std::filesystem::path& path, const QueryBatch& batch) {

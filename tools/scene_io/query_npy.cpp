@@ -1,6 +1,7 @@
 #include <tools/scene_io/query_npy.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/memory_limit.h>
 #include <tools/scene_io/npy_file.h>
 
 #include <hiprt_build/file.h>
@@ -77,11 +78,6 @@ build::Result<void> write_array(const std::filesystem::path& path, std::string_v
   return build::write_file(path, bytes);
 }
 
-build::Error no_memory(const std::filesystem::path& path, std::size_t bytes) {
-  return {build::ErrorCode::kOutOfMemory,
-          path.string() + ": not enough memory to write " + std::to_string(bytes) + " bytes of results"};
-}
-
 }  // namespace
 
 build::Result<QueryBatch> decode_npy_queries(const std::filesystem::path& path, std::span<const std::byte> bytes,
@@ -103,8 +99,8 @@ build::Result<void> write_npy_results(const std::filesystem::path& path, NpyReco
                                       std::span<const std::uint64_t> shape, std::span<const std::byte> records) try {
   const std::string type = record == NpyRecord::kPoint ? "[" + std::string(kPointFields) + "]" : "'<u4'";
   return write_array(path, type, shape, records);
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(no_memory(path, records.size()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to write the results", failure));
 }
 
 build::Result<void> write_npy_lists(const std::filesystem::path& path, NpyRecord record,
@@ -121,16 +117,16 @@ build::Result<void> write_npy_lists(const std::filesystem::path& path, NpyRecord
     }
   const std::array<std::uint64_t, 1> shape{records.size() / size};
   return write_array(path, "[('query', '<u4'), " + fields + "]", shape, rows);
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(no_memory(path, records.size()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to write the results", failure));
 }
 
 build::Result<void> write_npy_paths(const std::filesystem::path& path, std::uint64_t count, std::uint32_t levels,
                                     std::span<const std::byte> records) try {
   const std::array<std::uint64_t, 2> shape{count, levels};
   return write_array(path, "[('instance', '<u4'), ('id', '<u4')]", shape, records);
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(no_memory(path, records.size()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to write the results", failure));
 }
 
 }  // namespace hiprt::tools

@@ -76,8 +76,8 @@ build::Result<RayBatch> read_rays(const std::filesystem::path& path) try {
   RayBatch batch{header.any_hit == 1, std::vector<Ray>(static_cast<std::size_t>(*count))};
   decode_rays(bytes.subspan(sizeof(header)), batch.rays);
   return batch;
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(not_enough_memory(path.string()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
 }
 
 build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& path) try {
@@ -89,8 +89,8 @@ build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& pat
   std::vector<HitRecord> hits(bytes.size() / sizeof(HitRecord));
   std::ranges::copy(bytes, std::as_writable_bytes(std::span{hits}).begin());
   return hits;
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(not_enough_memory(path.string()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
 }
 
 build::Result<RayPaths> read_paths(const std::filesystem::path& path) try {
@@ -112,8 +112,8 @@ build::Result<RayPaths> read_paths(const std::filesystem::path& path) try {
   RayPaths result{header.levels, std::vector<PathRecord>(static_cast<std::size_t>(found))};
   std::ranges::copy(bytes.subspan(sizeof(header)), std::as_writable_bytes(std::span{result.paths}).begin());
   return result;
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(not_enough_memory(path.string()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
 }
 
 build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, std::span<const Ray> rays) {

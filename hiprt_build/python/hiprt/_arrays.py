@@ -14,6 +14,14 @@ INVALID = 0xFFFFFFFF
 # DLDeviceType of dlpack.h: memory that the CPU reads.
 _HOST_DEVICES = (1, 3, 11)  # kDLCPU, kDLCUDAHost, kDLROCMHost
 
+_ON_GPU = ("Of NVIDIA or AMD, cast(), occluded(), count(), closest_point(), occupancy() and signed_distance() read it "
+           "there. Other calls work on the CPU: copy it first, with tensor.cpu() in PyTorch")
+
+
+def is_found(primitive: Any) -> Any:
+    """Whether numbers of primitives name one, bool. In tensors of PyTorch uint32 is int32, and INVALID is -1."""
+    return primitive != (-1 if str(primitive.dtype).endswith(".int32") else np.uint32(INVALID))
+
 
 def as_numpy(values: Any, name: str) -> np.ndarray:
     """The array itself, a view of a DLPack tensor, or a new array of a sequence. Refuses memory of a GPU."""
@@ -22,12 +30,10 @@ def as_numpy(values: Any, name: str) -> np.ndarray:
     if hasattr(values, "__dlpack_device__"):
         device = int(values.__dlpack_device__()[0])
         if device not in _HOST_DEVICES:
-            raise InputError(f"{name}: the tensor is in the memory of a GPU (DLPack device type {device}). "
-                             "hiprt for Python traces on the CPU: pass tensor.cpu()")
+            raise InputError(f"{name}: the tensor is in the memory of a GPU (DLPack device type {device}). {_ON_GPU}")
         return np.from_dlpack(values)
     if hasattr(values, "__cuda_array_interface__"):
-        raise InputError(f"{name}: the array is in the memory of a GPU. "
-                         "hiprt for Python traces on the CPU: copy it first")
+        raise InputError(f"{name}: the array is in the memory of a GPU. {_ON_GPU}")
     return np.asarray(values)
 
 

@@ -19,3 +19,7 @@ class FileError(Error, OSError):
 
 class Cancelled(Error):
     """A progress callback returned False. After Ctrl-C, KeyboardInterrupt is raised instead."""
+
+
+class GpuError(Error):
+    """No GPU, no driver, no run-time compiler, or an error that the driver reports."""

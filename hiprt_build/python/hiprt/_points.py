@@ -8,8 +8,8 @@ from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
-from . import _core
-from ._arrays import INVALID, as_float32, as_real, as_uint32, readable
+from . import _core, _gpu
+from ._arrays import INVALID, as_float32, as_real, as_uint32, is_found, readable
 from ._calls import Progress, checked_threads
 from ._core import Points as CorePoints
 from ._core import Scene as CoreScene
@@ -53,7 +53,7 @@ class ClosestPoints(NamedTuple):
     @property
     def found(self) -> np.ndarray:
         """Whether there is a triangle within max_distance, bool."""
-        return self.primitive != INVALID
+        return is_found(self.primitive)
 
 
 class PointList(NamedTuple):
@@ -176,7 +176,7 @@ class PointQueries:
 
     def closest_point(self, points: Any, max_distance: Any = np.inf, *, mask: Any = INVALID, time: Any = 0.0,
                       precision: Optional[str] = None, threads: int = 0,
-                      progress: Optional[Progress] = None) -> ClosestPoints:
+                      progress: Optional[Progress] = None, stream: Any = None) -> ClosestPoints:
         """The closest point of the scene's triangles to each point.
 
         points: ... x 3. max_distance, mask, time: ..., broadcast with the points. Triangles at max_distance count.
@@ -184,8 +184,11 @@ class PointQueries:
             With "float" float64 points are rounded. Distances are computed in double in both.
         Of triangles at the same distance the lowest path of instances wins, then the lowest geometry, then the lowest
         primitive. A point that is not finite finds nothing.
-        mask, threads, progress: as for rays. Raises InputError if the scene has spheres or curves.
+        mask, threads, progress, stream: as for rays. Raises InputError if the scene has spheres or curves.
         """
+        if _gpu.on_gpu(points, max_distance, mask, time):
+            return ClosestPoints(*_gpu.closest_point(self._core, points, max_distance, mask, time, precision, stream))
+        _gpu.refuse_stream(stream)
         batch, shape, is_double = _batch(points, max_distance, "max_distance", mask, time, precision)
         return self._nearest(batch, shape, is_double, 1, threads, progress)
 
@@ -214,14 +217,19 @@ class PointQueries:
         return PointList(*_core.within(self._core, batch, is_double, checked_threads(threads), progress))
 
     def occupancy(self, points: Any, *, mask: Any = INVALID, time: Any = 0.0, threads: int = 0,
-                  progress: Optional[Progress] = None) -> np.ndarray:
+                  progress: Optional[Progress] = None, stream: Any = None) -> np.ndarray:
         """Whether each point is inside closed meshes, bool.
 
         A ray from the point crosses their surface an odd number of times, and each crossing is decided exactly. So for
         closed meshes the result is right for each point that is not on the surface, as rounded to float32. Overlapping
         meshes count as one inside the other. For open meshes the result depends on where the holes are.
-        points: ... x 3. A point that is not finite is outside. mask, time, threads, progress: as for rays.
+        points: ... x 3. A point that is not finite is outside. mask, time, threads, progress, stream: as for rays.
         """
+        if _gpu.on_gpu(points, mask, time):
+            _core.check_findable(self._core)
+            up = np.array([0, 0, 1], np.float32)
+            return _gpu.count(self._core, points, up, 0.0, np.inf, mask, time, "reference", stream) % 2 == 1
+        _gpu.refuse_stream(stream)
         flat, numbers, shape = _flat([_vectors(points, "points")], _seen(mask, time), "points, mask and time")
         _core.check_findable(self._core)
         size = len(flat[0])
@@ -234,15 +242,16 @@ class PointQueries:
 
     def signed_distance(self, points: Any, max_distance: Any = np.inf, *, mask: Any = INVALID, time: Any = 0.0,
                         precision: Optional[str] = None, threads: int = 0,
-                        progress: Optional[Progress] = None) -> np.ndarray:
+                        progress: Optional[Progress] = None, stream: Any = None) -> np.ndarray:
         """The distance of each point to the surface, negative inside closed meshes (see occupancy()).
 
         inf or -inf: nothing is within max_distance. Arguments: as for closest_point().
         """
         near = self.closest_point(points, max_distance, mask=mask, time=time, precision=precision, threads=threads,
-                                  progress=_part_of(progress, 0, 2))
-        inside = self.occupancy(points, mask=mask, time=time, threads=threads, progress=_part_of(progress, 1, 2))
-        return np.where(inside, -near.distance, near.distance)
+                                  progress=_part_of(progress, 0, 2), stream=stream)
+        inside = self.occupancy(points, mask=mask, time=time, threads=threads, progress=_part_of(progress, 1, 2),
+                                stream=stream)
+        return _gpu.where(inside, -near.distance, near.distance)
 
     def overlap(self, boxes: Any, *, mask: Any = INVALID, time: Any = 0.0, threads: int = 0,
                 progress: Optional[Progress] = None) -> OverlapList:

@@ -7,8 +7,8 @@ from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
 
-from . import _core
-from ._arrays import INVALID, as_real, as_uint32, readable
+from . import _core, _gpu
+from ._arrays import INVALID, as_real, as_uint32, is_found, readable
 from ._calls import Progress, checked_threads
 from ._errors import InputError
 from ._input import Instances, as_meshes, flattened, mesh_entries
@@ -18,7 +18,11 @@ _Bytes = bytes  # Scene has a property of that name.
 
 
 class Hits(NamedTuple):
-    """The first hits of rays. All arrays have the shape of the batch of rays."""
+    """The first hits of rays. All arrays have the shape of the batch of rays.
+
+    They are numpy arrays, or tensors of the library whose tensors the rays were. In PyTorch uint32 is int32, and -1 is
+    a miss.
+    """
 
     t: np.ndarray
     """Distance in lengths of the direction; inf: a miss. float32, or float64 with precision "double"."""
@@ -40,10 +44,12 @@ class Hits(NamedTuple):
     @property
     def found(self) -> np.ndarray:
         """Whether each ray has a hit, bool."""
-        return self.primitive != INVALID
+        return is_found(self.primitive)
 
     def points(self, origins: Any, directions: Any) -> np.ndarray:
         """... x 3: origins + t * directions; NaN for a miss."""
+        if not isinstance(self.t, np.ndarray):
+            return origins + (self.t + 0 * self.t)[..., None] * directions  # 0 * inf is NaN.
         t = np.where(self.found, self.t, np.nan)[..., None]
         return as_real(origins, "origins") + t * as_real(directions, "directions")
 
@@ -118,6 +124,12 @@ class Scene(PointQueries):
     time: of the rays, in scenes that move.
     threads: 0: all that the process may use. Results do not depend on it.
     progress: progress(done, total) with the number of rays.
+    stream: of tensors on a GPU. None: the current stream of PyTorch or CuPy, the stream of __cuda_array_interface__, or
+        one of hiprt's own, which waits for the tensor. Else a stream of PyTorch or CuPy, or its number.
+
+    cast(), occluded(), count(), closest_point(), occupancy() and signed_distance() take tensors of PyTorch, CuPy, JAX
+    and others in the memory of a GPU. They enqueue the work in the stream and return tensors of the same library.
+    threads and progress have no effect there.
 
     Queries release the GIL. Ctrl-C ends them with KeyboardInterrupt.
     """
@@ -131,8 +143,11 @@ class Scene(PointQueries):
 
     def cast(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
              time: Any = 0.0, precision: Optional[str] = None, threads: int = 0,
-             progress: Optional[Progress] = None) -> Hits:
+             progress: Optional[Progress] = None, stream: Any = None) -> Hits:
         """The closest hit of each ray. Of hits at the same t the lowest geometry wins, then the lowest primitive."""
+        if _gpu.on_gpu(origins, directions, tmin, tmax, mask, time):
+            return Hits(*_gpu.cast(self._core, origins, directions, tmin, tmax, mask, time, precision, stream))
+        _gpu.refuse_stream(stream)
         rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         real = np.float64 if precision == "double" else np.float32
         hits = Hits(np.empty(shape, real), np.empty(shape, real), np.empty(shape, real), np.empty(shape, np.uint32),
@@ -143,8 +158,11 @@ class Scene(PointQueries):
 
     def occluded(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
                  time: Any = 0.0, precision: Optional[str] = None, threads: int = 0,
-                 progress: Optional[Progress] = None) -> np.ndarray:
+                 progress: Optional[Progress] = None, stream: Any = None) -> np.ndarray:
         """Whether each ray hits anything, bool. Faster than cast()."""
+        if _gpu.on_gpu(origins, directions, tmin, tmax, mask, time):
+            return _gpu.occluded(self._core, origins, directions, tmin, tmax, mask, time, precision, stream)
+        _gpu.refuse_stream(stream)
         rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.bool_)
         _core.occluded(self._core, rays, precision, checked_threads(threads), progress, result)
@@ -152,8 +170,11 @@ class Scene(PointQueries):
 
     def count(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
               time: Any = 0.0, precision: Optional[str] = None, threads: int = 0,
-              progress: Optional[Progress] = None) -> np.ndarray:
+              progress: Optional[Progress] = None, stream: Any = None) -> np.ndarray:
         """Number of triangles that each ray hits, uint32. With precision "reference" crossings are counted exactly."""
+        if _gpu.on_gpu(origins, directions, tmin, tmax, mask, time):
+            return _gpu.count(self._core, origins, directions, tmin, tmax, mask, time, precision, stream)
+        _gpu.refuse_stream(stream)
         rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.uint32)
         _core.count_hits(self._core, rays, precision, checked_threads(threads), progress, result)

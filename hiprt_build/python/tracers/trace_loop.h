@@ -1,42 +1,16 @@
 #pragma once
 /// The loop over the rays of a job, for one set of policies.
 
+#include <hiprt_build/python/gpu/device/tracer.h>
 #include <hiprt_build/python/tracers/kernels.h>
 
 #include <hiprt_build/format/dispatch_layout.h>
-#include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/primitives/scene_shapes.h>
-
-#include <type_traits>
 
 namespace hiprt::python {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-template <class LayoutType, class TriangleType = Watertight, class BoxesType = Conservative>
-struct FlatPolicies : Policies {
-  using Layout = LayoutType;
-  using Triangle = TriangleType;
-  using Boxes = BoxesType;
-  using Stack = PrivateStack<kMostEntries + kMostPushed>;
-};
-
-/// Lists of hits have no normals.
-template <class Base> struct WithoutSurface : Base { static constexpr bool kSurface = false; };
-
-template <class Primitives> Primitives make_primitives(const SceneView& scene) {
-  if constexpr (std::is_same_v<Primitives, SceneShapes>)
-    return SceneShapes(scene);
-  else
-    return {};
-}
-
-/// @param to array of @p levels numbers.
-template <class P, class AnyHit> void store_path(const AnyHit& hit, std::uint32_t* to, std::uint32_t levels) {
-  if constexpr (P::kLevels != 0) {
-    const std::uint32_t depth = hit.found() ? hit.path.depth : 0;
-    for (std::uint32_t k = 0; k < levels; ++k) to[k] = k < depth ? hit.path.instance[k] : kInvalidId;
-  }
-}
+template <class Layout, class Triangle = Watertight, class Boxes = Conservative>
+using FlatPolicies = TracerPolicies<Layout, kMostEntries + kMostPushed, Triangle, Boxes>;
 
 /// @tparam Asked ClosestHit or OneHit.
 template <class P, class Asked, class Primitives> void first_hits(const TraceJob& job) {

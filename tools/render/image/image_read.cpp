@@ -196,26 +196,24 @@ build::Result<ColorImage> decode(const std::string& name, Imf::IStream& stream, 
 
 }  // namespace
 
-build::Result<ColorImage> decode_exr_colors(std::span<const std::byte> bytes, const std::string& name) {
+build::Result<ColorImage> decode_exr_colors(std::span<const std::byte> bytes, const std::string& name) try {
   if (!is_exr(bytes)) return refused(name, "not an OpenEXR file");
   if (const std::string fault = fault_of_exr_attributes(bytes); !fault.empty())
     return refused(name, "damaged: " + fault);
   MemoryInput stream(name.c_str(), bytes);
-  try {
-    build::Result<ColorImage> image = decode(name, stream, bytes.size());
-    if (image && stream.ends_early()) return refused(name, std::string("damaged: ") + MemoryInput::kEndsEarly);
-    return image;
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(not_enough_memory(name));
-  } catch (const std::exception& error) {
-    return refused(name, "damaged: " + one_line(error.what()));
-  }
+  build::Result<ColorImage> image = decode(name, stream, bytes.size());
+  if (image && stream.ends_early()) return refused(name, std::string("damaged: ") + MemoryInput::kEndsEarly);
+  return image;
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(name, "to read it", failure));
+} catch (const std::exception& error) {
+  return refused(name, "damaged: " + one_line(error.what()));
 }
 
 build::Result<ColorImage> read_exr_colors(const std::filesystem::path& path) {
   const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
-  return decode_exr_colors(file->bytes(), path.string());
+  return decode_exr_colors(file->bytes(), path.native());
 }
 
 }  // namespace hiprt::tools

@@ -5,6 +5,7 @@
 #include <tools/render/scene/trace_limits.h>
 #include <tools/render/studio/studio.h>
 
+#include <hiprt_build/format/out_of_memory.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/math/vec_functions.h>
 
@@ -216,7 +217,7 @@ class LightFinder {
 }  // namespace
 
 build::Result<PathData> make_path_data(const BufferView& scene, const SceneSurfaces* surfaces, PathSky sky,
-                                       std::vector<Vec3> backdrop, float middle) {
+                                       std::vector<Vec3> backdrop, float middle) try {
   PathData data;
   data.sky = std::move(sky.radiance);
   data.sky_rows = std::move(sky.rows);
@@ -235,6 +236,8 @@ build::Result<PathData> make_path_data(const BufferView& scene, const SceneSurfa
   if (auto found = LightFinder(scene, middle, data).run(*surfaces); !found)
     return tl::unexpected(std::move(found.error()));
   return data;
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(build::out_of_memory({"for materials and lights"}, failure));
 }
 
 PathArrays<PathView> views(const PathData& data) {

@@ -8,6 +8,7 @@
 #include <tools/render/path/path_tile.h>
 
 #include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/format/out_of_memory.h>
 
 #include <algorithm>
 #include <mutex>
@@ -76,7 +77,8 @@ PathSettings settings_of(const PathOptions& options, const Camera& camera) {
 }
 
 build::Result<PathPicture> trace_paths(const SceneView& scene, const PathData& data, const Camera& camera,
-                                       const PathOptions& options, const PathProgress& progress, GpuPathTracer* gpu) {
+                                       const PathOptions& options, const PathProgress& progress,
+                                       GpuPathTracer* gpu) try {
   const ThreadLimit limit(options.threads);
   const PathScene paths{scene, views(data), settings_of(options, camera)};
   PathPicture picture;
@@ -103,6 +105,8 @@ build::Result<PathPicture> trace_paths(const SceneView& scene, const PathData& d
   picture.samples = options.samples;
   for (const PathSum& sum : picture.sums) picture.samples = std::min(picture.samples, sum.samples);
   return picture;
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(build::out_of_memory({"for the picture"}, failure));
 }
 
 void store(const PathPicture& picture, Image& image) {

@@ -5,6 +5,8 @@
 #include <tools/render/studio/render_batches.h>
 #include <tools/render/studio/render_tile.h>
 
+#include <hiprt_build/format/out_of_memory.h>
+
 #include <algorithm>
 #include <chrono>
 #include <mutex>
@@ -96,7 +98,7 @@ build::Result<void> render_on_gpu(GpuTracer& gpu, const RenderJob& job, Canvas& 
 }  // namespace
 
 build::Result<Rendering> render(const SceneView& scene, const Camera& camera, const RenderOptions& options,
-                                const std::function<void(double)>& progress, GpuTracer* gpu) {
+                                const std::function<void(double)>& progress, GpuTracer* gpu) try {
   const auto start = std::chrono::steady_clock::now();
   Canvas canvas(options);
   canvas.image.has_instances = scene.levels != 0;
@@ -115,6 +117,8 @@ build::Result<Rendering> render(const SceneView& scene, const Camera& camera, co
   return Rendering{std::move(canvas.image), tally.rays(),
                    limit.threads(),         seconds.count(),
                    options.samples,         steps / static_cast<double>(std::max<std::size_t>(canvas.cost.size(), 1))};
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(build::out_of_memory({"for the picture"}, failure));
 }
 
 }  // namespace hiprt::tools

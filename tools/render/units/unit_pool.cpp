@@ -3,6 +3,7 @@
 #include <tools/base/interrupt.h>
 
 #include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/format/out_of_memory.h>
 
 #include <chrono>
 #include <new>
@@ -48,8 +49,8 @@ void UnitPool::compute() {
         result.rays = *rays;
       else
         result.error = std::move(rays.error());
-    } catch (const std::bad_alloc&) {
-      result.error = build::Error{build::ErrorCode::kOutOfMemory, "not enough memory for a unit of the picture"};
+    } catch (const std::bad_alloc& failure) {
+      result.error = build::out_of_memory({"for a unit of the picture"}, failure);
     }
     result.seconds = watch.lap();
     lock.lock();

@@ -122,8 +122,8 @@ template <class Read> auto load(const std::filesystem::path& path, const Read& r
   if (!result)
     return tl::unexpected(build::Error{result.error().code, path.string() + ": " + one_line(result.error().message)});
   return result;
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(not_enough_memory(path.string()));
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
 } catch (const std::exception& error) {
   return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + one_line(error.what())});
 }

@@ -1,5 +1,6 @@
 #include <tools/scene_io/scene/scene_bake.h>
 
+#include <tools/base/memory_limit.h>
 #include <tools/scene_io/scene/scene_flatten.h>
 
 #include <algorithm>
@@ -98,9 +99,8 @@ build::Result<BakedInstances> bake_singular(SceneDescription& scene) {
     auto baked = baker.bake();
     if (baked && baked->instances != 0) baker.apply(scene);
     return baked;
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(build::Error{build::ErrorCode::kOutOfMemory,
-                                       scene.path + ": not enough memory for its instances without inverse"});
+  } catch (const std::bad_alloc& failure) {
+    return tl::unexpected(not_enough_memory(scene.path, "for its instances without inverse", failure));
   }
 }
 

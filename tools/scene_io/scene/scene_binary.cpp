@@ -205,8 +205,8 @@ build::Result<SceneDescription> read_scene_binary(const std::filesystem::path& p
     SceneDescription result = arrange(std::move(*scene));
     result.path = path.string();
     return result;
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(not_enough_memory(path.string()));
+  } catch (const std::bad_alloc& failure) {
+    return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
   }
 }
 

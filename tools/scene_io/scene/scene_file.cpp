@@ -1,5 +1,6 @@
 #include <tools/scene_io/scene/scene_file.h>
 
+#include <tools/base/memory_limit.h>
 #include <tools/scene_io/scene/scene_binary.h>
 #include <tools/scene_io/scene/scene_json.h>
 
@@ -21,8 +22,10 @@ bool ends_with(std::string name, std::string_view ending) {
 
 bool is_scene_file(const std::string& path) { return ends_with(path, ".json") || ends_with(path, ".scene"); }
 
-build::Result<SceneDescription> read_scene_file(const std::string& path) {
+build::Result<SceneDescription> read_scene_file(const std::string& path) try {
   return ends_with(path, ".json") ? read_scene_json(path) : read_scene_binary(path);
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path, "to read it", failure));
 }
 
 }  // namespace hiprt::tools

@@ -1,6 +1,7 @@
 #include <tools/scene_io/scene/scene_flatten.h>
 
 #include <tools/base/interrupt.h>
+#include <tools/base/memory_limit.h>
 
 #include <hiprt_device/format/buffer.h>
 
@@ -112,9 +113,8 @@ build::Result<std::vector<FlatGeometry>> flatten_object(const SceneDescription& 
                                                         const Transform& to_scene, std::uint32_t mask) {
   try {
     return flatten(scene, {object, to_scene, mask});
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kOutOfMemory, scene.path + ": not enough memory to flatten it"});
+  } catch (const std::bad_alloc& failure) {
+    return tl::unexpected(not_enough_memory(scene.path, "to flatten it", failure));
   }
 }
 

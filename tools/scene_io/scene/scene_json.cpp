@@ -370,8 +370,8 @@ build::Result<SceneDescription> read_scene_json(const std::filesystem::path& pat
     return result;
   } catch (const JsonFault& fault) {
     return invalid_input(path.string() + ": " + fault.message);
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(not_enough_memory(path.string()));
+  } catch (const std::bad_alloc& failure) {
+    return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
   }
 }
 

@@ -269,8 +269,8 @@ build::Result<SceneSurfaces> load_surfaces(std::span<const std::string> inputs, 
     auto reading = SurfaceReader(inputs, bvh, output).read();
     if (!reading) return tl::unexpected(std::move(reading.error()));
     return result_of(std::move(*reading));
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(not_enough_memory(inputs[0]));
+  } catch (const std::bad_alloc& failure) {
+    return tl::unexpected(not_enough_memory(inputs[0], "to read it", failure));
   }
 }
 

@@ -82,8 +82,8 @@ build::Result<ShapeSet> load_shapes(const std::filesystem::path& path) {
     shapes->name = path.filename().string();
     shapes->path = path.string();
     return shapes;
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(not_enough_memory(path.string()));
+  } catch (const std::bad_alloc& failure) {
+    return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
   }
 }
 

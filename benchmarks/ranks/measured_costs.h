@@ -1,0 +1,32 @@
+#pragma once
+/// What a picture and rank 0 cost on this machine.
+
+#include "simulation.h"
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/open_scene.h>
+#include <tools/render/scene/camera.h>
+
+namespace hiprt::bench {
+
+/// The picture whose tiles are measured.
+struct MeasuredPicture {
+  std::uint32_t width = 480, height = 270;
+  unsigned rounds = 4;  ///< Units of one step per tile, 2 or more. One thread computes one after the other.
+};
+
+/// Times each tile of a path-traced picture of clay, in processor time of this thread: other programs hardly change it.
+/// The deviation is that of a tile's rounds.
+/// @return the costs of one step; the errors of PathWork::run(); kCancelled when interrupted() became true.
+build::Result<PictureCosts> measure_picture(const SceneFile& file, const tools::Camera& camera,
+                                            const MeasuredPicture& picture);
+
+/// The costs of another picture of the same view: larger, with more steps, and with tiles for so many workers.
+PictureCosts enlarged(const PictureCosts& measured, std::uint32_t width, std::uint32_t height, std::uint32_t steps,
+                      unsigned workers);
+
+/// Times, in the same way, what the dealing thread does for a unit, except the calls of MPI: it deals, cuts, encodes,
+/// decodes and pastes.
+RankCosts measure_dealing(std::size_t pixel_bytes);
+
+}  // namespace hiprt::bench

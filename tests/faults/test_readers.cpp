@@ -1,0 +1,129 @@
+// Allocations of importers, readers and renderers that fail: each gives one error or is survived, nothing leaks, and
+// the next call works. Formats with JSON, and OpenEXR, are left out: see "Not ours" in RELIABILITY.md.
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/format/out_of_memory.h>
+#include <hiprt_build/open_scene.h>
+#include <tests/faults/every_allocation.h>
+#include <tests/fuzz/make_reader_corpus.h>
+#include <tests/oracle/meshes.h>
+#include <tests/tools/temp_folder.h>
+#include <tools/render/path/path_trace.h>
+#include <tools/render/scene/camera.h>
+#include <tools/render/studio/render.h>
+#include <tools/scene_io/mesh/mesh_import.h>
+#include <tools/scene_io/query_file.h>
+#include <tools/scene_io/rays_file.h>
+#include <tools/scene_io/scene/scene_description.h>
+#include <tools/scene_io/scene/scene_file.h>
+#include <tools/scene_io/shapes/shape_import.h>
+#include <tools/scene_io/surface/picture.h>
+
+#include <fstream>
+#include <iterator>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+
+namespace {
+
+#if defined(HIPRT_QUICK_TESTS)
+constexpr std::uint64_t kMost = 24;
+#else
+constexpr std::uint64_t kMost = 100000;
+#endif
+
+using Path = std::filesystem::path;
+
+/// The seeds of a reader, each as a file with an extension that tells its format.
+std::vector<Path> seeds(const Path& corpus, const std::string& reader, const std::string& extension) {
+  std::vector<Path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(corpus / reader)) {
+    Path named = entry.path();
+    named += extension;
+    std::filesystem::copy_file(entry.path(), named);
+    files.push_back(named);
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Of the seeds that the reader accepts.
+template <class Read>
+void check_reader(const Path& corpus, const std::string& reader, const std::string& extension, const Read& read) {
+  const std::vector<Path> files = seeds(corpus, reader, extension);
+  unsigned accepted = 0;
+  for (const Path& file : files) {
+    if (!read(file)) continue;
+    ++accepted;
+    check_every_allocation(reader + " " + file.filename().string(), kMost, [&] { return read(file); });
+  }
+  CAPTURE(reader);
+  CHECK(accepted != 0);
+}
+
+std::vector<std::byte> bytes_of(const Path& file) {
+  std::ifstream input(file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(input)), std::istreambuf_iterator<char>());
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+}  // namespace
+
+TEST_CASE("allocations that fail: importers of meshes and shapes") {
+  const test::TempFolder folder;
+  fuzz::make_reader_corpus(folder / "");
+  const auto mesh = [](const Path& file) { return tools::load_mesh(file); };
+  check_reader(folder / "", "obj", ".obj", mesh);
+  check_reader(folder / "", "ply", ".ply", mesh);
+  check_reader(folder / "", "stl", ".stl", mesh);
+  check_reader(folder / "", "mesh", ".mesh", mesh);
+  check_reader(folder / "", "zst", ".mesh.zst", mesh);
+  const auto shapes = [](const Path& file) { return tools::load_shapes(file); };
+  check_reader(folder / "", "hair", ".hair", shapes);
+  check_reader(folder / "", "xyzr", ".xyzr", shapes);
+}
+
+TEST_CASE("allocations that fail: readers of scenes, rays and pictures") {
+  const test::TempFolder folder;
+  fuzz::make_reader_corpus(folder / "");
+  check_reader(folder / "", "scene", ".scene", [](const Path& file) { return tools::read_scene_file(file.native()); });
+  check_reader(folder / "", "rays", ".rays", [](const Path& file) { return tools::read_rays(file); });
+  check_reader(folder / "", "hits", ".hits", [](const Path& file) { return tools::read_hits(file); });
+  check_reader(folder / "", "paths", ".paths", [](const Path& file) { return tools::read_paths(file); });
+  for (const Path& file : seeds(folder / "", "picture", ".picture")) {
+    const std::vector<std::byte> bytes = bytes_of(file);
+    constexpr std::uint64_t kTexels = std::uint64_t{1} << 20;
+    if (!tools::decode_picture(bytes, kTexels)) continue;
+    check_every_allocation(file.filename().string(), kMost, [&] {
+      return build::or_out_of_memory("to decode it", [&] { return tools::decode_picture(bytes, kTexels); });
+    });
+  }
+}
+
+TEST_CASE("allocations that fail: pictures") {
+  const oracle::Mesh star = oracle::star(3, kFaultSeed);
+  const std::vector<oracle::Mesh> meshes{star};
+  const auto bvh = build::build(oracle::views(meshes), {.threads = 1});
+  REQUIRE(bvh.has_value());
+  const auto file = open_scene(bvh->buffer.bytes());
+  REQUIRE(file.has_value());
+  const tools::Camera camera = tools::automatic_camera(file->view().header->bounds, 1.0);
+  tools::PathOptions options;
+  options.width = options.height = 8;
+  options.samples = 2;
+  options.threads = 1;
+  auto sky = tools::make_sky([](const Vec3&) { return Vec3(1.0f); }, 4);
+  const auto data = tools::make_path_data(file->view(), nullptr, std::move(sky), std::vector<Vec3>(4), 0.0f);
+  REQUIRE(data.has_value());
+  check_every_allocation("make_path_data", kMost,
+                         [&] { return tools::make_path_data(file->view(), nullptr, {}, {}, 0.0f); });
+  check_every_allocation("trace_paths", kMost,
+                         [&] { return tools::trace_paths(file->scene(), *data, camera, options); });
+  tools::RenderOptions studio;
+  studio.width = studio.height = 16;
+  studio.samples = 1;
+  studio.threads = 1;
+  check_every_allocation("render", kMost, [&] { return tools::render(file->scene(), camera, studio, {}, nullptr); });
+}
