@@ -255,6 +255,12 @@ endfunction()
 function(hiprt_gpu_objects target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "OPTIONS")
   hiprt_gpu_flags(${target} flags)
+  # CMake knows no language for a target of objects alone.
+  get_target_property(sources ${target} SOURCES)
+  get_target_property(language ${target} LINKER_LANGUAGE)
+  if(NOT sources AND NOT language)
+    set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX)
+  endif()
   set(optimization ${HIPRT_GPU_OPTIMIZATION})
   # At -O1 the back end of clang 21 gives "S_OR_B32" two literals, which its own check refuses.
   if(HIPRT_GPU_PLATFORM STREQUAL "AMD" AND optimization STREQUAL "-O1" AND HIPRT_HIPCC_CLANG VERSION_GREATER_EQUAL 21)

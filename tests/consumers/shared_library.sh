@@ -15,8 +15,14 @@ if ! grep -q '^hiprt::build::build(' <<<"$symbols"; then
   echo "hiprt::build::build is not exported"
   status=1
 fi
-format='hiprt::(open_scene|open_buffer|file_checksum|make_scene_view|name|validate|to_string|closest_hits|any_hits)'
-format+='(\[abi:cxx11\])?\('
+names=(open_scene open_buffer file_checksum make_scene_view name validate to_string closest_hits any_hits)
+format="hiprt::($(IFS='|' && echo "${names[*]}"))(\[abi:cxx11\])?\("
+for name in "${names[@]}"; do
+  if ! grep -qE "^hiprt::$name(\[abi:cxx11\])?\(" <<<"$symbols"; then
+    echo "hiprt::$name is not exported"
+    status=1
+  fi
+done
 types='((vtable|typeinfo|typeinfo name) for )?hiprt::build::|hiprt::HostPart::'
 if stray=$(grep -vE "^($types|$format)" <<<"$symbols"); then
   printf 'exported by mistake:\n%s\n' "$stray"
