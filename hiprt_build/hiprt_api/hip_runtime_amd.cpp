@@ -141,7 +141,7 @@ HIPRT_FORWARD(__hipPushCallConfiguration, (dim3 grid, dim3 block, size_t bytes, 
 HIPRT_FORWARD(__hipPopCallConfiguration, (dim3 * grid, dim3* block, size_t* bytes, hipStream_t* stream),
               (grid, block, bytes, stream))
 
-// The compiler gives the names. NOLINTBEGIN(bugprone-reserved-identifier)
+// The compiler gives the names. NOLINTBEGIN(*-reserved-identifier)
 void** __hipRegisterFatBinary(const void* code) {
   modules().push_back(std::make_unique<Module>(Module{code}));
   return reinterpret_cast<void**>(modules().back().get());
@@ -158,5 +158,5 @@ void __hipUnregisterFatBinary(void** module) {
   const auto unregister = handle != nullptr ? find<Unregister>("__hipUnregisterFatBinary") : nullptr;
   if (unregister != nullptr) unregister(handle);
 }
-// NOLINTEND(bugprone-reserved-identifier)
+// NOLINTEND(*-reserved-identifier)
 }

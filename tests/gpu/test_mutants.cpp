@@ -11,8 +11,8 @@
 #include <tests/catch.h>
 
 #include <array>
+#include <bit>
 #include <cstdlib>
-#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -69,13 +69,13 @@ Mutants make_mutants(std::uint64_t seed, unsigned wanted) {
 }
 
 bool same_bits(const MutantHit& a, const MutantHit& b) {
-  const auto numbers = [](const MutantHit& result) {
+  const auto bits = [](const MutantHit& result) {
     const Hit& hit = result.hit;
-    return std::array<float, 7>{hit.t, hit.u, hit.v, hit.normal.x, hit.normal.y, hit.normal.z, hit.error};
+    const std::array<float, 7> numbers{hit.t, hit.u, hit.v, hit.normal.x, hit.normal.y, hit.normal.z, hit.error};
+    return std::bit_cast<std::array<std::uint32_t, 7>>(numbers);
   };
-  const auto left = numbers(a), right = numbers(b);
   return a.hit.geometry == b.hit.geometry && a.hit.primitive == b.hit.primitive && a.instance == b.instance &&
-         std::memcmp(&left, &right, sizeof(left)) == 0;
+         bits(a) == bits(b);
 }
 
 }  // namespace

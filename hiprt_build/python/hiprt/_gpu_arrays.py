@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from contextlib import nullcontext
+from importlib import import_module
 from typing import Any, ContextManager, NamedTuple, Optional
 
 import numpy as np
@@ -212,13 +213,13 @@ class Jax(Library):
     name = "jax"
 
     def converted(self, array: GpuArray) -> Any:
-        import jax
+        jax = import_module("jax")
         if 0 in array.shape:
             return jax.numpy.zeros(array.shape, array.dtype, device=self.like.device)
         return jax.dlpack.from_dlpack(array)
 
     def where(self, condition: Any, yes: Any, no: Any) -> Any:
-        import jax
+        jax = import_module("jax")
         return jax.numpy.where(condition, yes, no)
 
 
