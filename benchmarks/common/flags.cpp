@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iostream>
+#include <span>
 #include <utility>
 
 namespace hiprt::bench {
@@ -108,6 +110,28 @@ std::string describe(const std::vector<Flag>& flags) {
     text += line + flag.help + "\n";
   }
   return text;
+}
+
+int run_with_flags(const char* name, std::string_view description, const std::vector<Flag>& flags, int argc,
+                   char** argv, const std::function<int(const std::string& command)>& body) {
+  constexpr int kUsage = 2;
+  const auto wrong = [&](const std::string& what) {
+    std::cerr << name << ": " << what << " (see --help)\n";
+    return kUsage;
+  };
+  std::string command = name;
+  bool help = false;
+  for (const char* argument : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
+    command += std::string(" ") + argument;
+    help |= std::string_view(argument) == "--help" || std::string_view(argument) == "-h";
+  }
+  if (help) {
+    std::cout << description << describe(flags);
+    return 0;
+  }
+  if (const std::string fault = take_flags(argc, argv, flags); !fault.empty()) return wrong(fault);
+  if (argc > 1) return wrong("unknown argument '" + std::string(argv[1]) + "'");
+  return body(command);
 }
 
 }  // namespace hiprt::bench

@@ -38,4 +38,11 @@ std::string take_flags(int& argc, char** argv, const std::vector<Flag>& flags);
 /// The lines of --help.
 std::string describe(const std::vector<Flag>& flags);
 
+/// Main function of a program that does not use Google Benchmark: parses the flags, and prints @p description and the
+/// flags for --help.
+/// @param body called with the command line as one text.
+/// @return body's exit status; 0 after --help; 2, with a message, for a wrong command line.
+int run_with_flags(const char* name, std::string_view description, const std::vector<Flag>& flags, int argc,
+                   char** argv, const std::function<int(const std::string& command)>& body);
+
 }  // namespace hiprt::bench

@@ -47,7 +47,6 @@ wrong command line.
 struct CommandLine {
   std::string device = "cpu", json, markdown, commit = HIPRT_BENCH_COMMIT;
   unsigned threads = 0;
-  bool help = false;
   SceneChoice scenes;
   ContestOptions contest;
   VulkanOptions vulkan;
@@ -195,25 +194,12 @@ int measure(CommandLine& line, const std::string& command) {
   return json["faults"].empty() ? 0 : kFailure;
 }
 
-int run(int argc, char** argv) {
-  std::string command = "bench_evaluation";
-  CommandLine line;
-  for (const char* argument : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
-    command += std::string(" ") + argument;
-    line.help |= std::string_view(argument) == "--help" || std::string_view(argument) == "-h";
-  }
-  const std::vector<Flag> flags = make_flags(line);
-  if (line.help) {
-    std::cout << kDescription << describe(flags);
-    return 0;
-  }
-  if (const std::string fault = take_flags(argc, argv, flags); !fault.empty())
-    return fail(fault + " (see --help)", kUsage);
-  if (argc > 1) return fail("unknown argument '" + std::string(argv[1]) + "' (see --help)", kUsage);
-  return measure(line, command);
-}
-
 }  // namespace
 }  // namespace hiprt::bench
 
-int main(int argc, char** argv) { return hiprt::bench::run(argc, argv); }
+int main(int argc, char** argv) {
+  using namespace hiprt::bench;
+  CommandLine line;
+  return run_with_flags("bench_evaluation", kDescription, make_flags(line), argc, argv,
+                        [&](const std::string& command) { return measure(line, command); });
+}

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <iostream>
 #include <numeric>
+#include <optional>
 #include <sstream>
 
 namespace hiprt::bench {
@@ -24,10 +25,12 @@ constexpr std::string_view kDescription =
     R"(bench_ranks: predicts the time of bvhrender --integrator path on many ranks, by a simulation.
 
 usage: bench_ranks --bvh=FILE [FLAG...]
+       mpirun -n 2 bench_ranks --bvh=FILE [FLAG...]
 
-It times each tile of a small picture on one thread, and what rank 0 does for a unit of work. Then it simulates runs of
-a large picture: the dealer of bvhrender deals units to ranks that do not exist, in simulated time. Network and MPI are
-described by the flags. Starting the ranks and reading the scene are not simulated.
+It times each tile of a small picture on one thread, and what rank 0 does for a unit of work. Under mpirun it times
+messages between ranks 0 and 1, too. Then it simulates runs of a large picture: the dealer of bvhrender deals units to
+ranks that do not exist, in simulated time. Flags describe the network. Starting the ranks and reading the scene are not
+simulated.
 Exit status: 0; 1 when something failed; 2 for a wrong command line.
 
 )";
@@ -35,8 +38,7 @@ Exit status: 0; 1 when something failed; 2 for a wrong command line.
 struct CommandLine {
   std::string bvh, camera, json, ranks = "1,2,4,8,16,32,64,128,256,512,1000";
   unsigned width = 3840, height = 2160, samples = 1024, workers = 16, seed = 36;
-  unsigned latency_us = 20, megabytes = 1000, mpi_ns = 2500;
-  bool help = false;
+  unsigned latency_us = 20, megabytes = 1000, message_ns = 5000;
 };
 
 std::vector<Flag> make_flags(CommandLine& line) {
@@ -48,7 +50,8 @@ std::vector<Flag> make_flags(CommandLine& line) {
           number_flag("height", "height of the picture", line.height, 8, 65536),
           number_flag("samples", "samples per pixel", line.samples, 1, 1'000'000),
           number_flag("latency", "microseconds of a message", line.latency_us, 0, 1'000'000),
-          number_flag("mpi", "nanoseconds of rank 0's processor for a message, in MPI", line.mpi_ns, 0, 1'000'000),
+          number_flag("message", "nanoseconds of a processor of rank 0 for a message; under mpirun it is measured",
+                      line.message_ns, 0, 1'000'000),
           number_flag("bandwidth", "10^6 bytes per second of rank 0's network card, each way", line.megabytes, 1,
                       1'000'000),
           number_flag("seed", "of the units' times", line.seed, 0, 1'000'000'000),
@@ -85,8 +88,13 @@ tl::expected<tools::Camera, std::string> load_camera(const CommandLine& line, co
 
 struct Row {
   unsigned ranks;
+  unsigned workers;
   SimulatedRun run;
-  double least, efficiency;
+
+  double least() const { return least_seconds(run, ranks, workers); }
+  double efficiency() const { return run.worked / (run.seconds * ranks * workers); }
+  /// Of the run's time.
+  double percent(double seconds) const { return 100.0 * seconds / run.seconds; }
 };
 
 nlohmann::json to_json(const CommandLine& line, const std::string& command, const PictureCosts& picture,
@@ -99,13 +107,15 @@ nlohmann::json to_json(const CommandLine& line, const std::string& command, cons
       {"tile_seconds", picture.tile_seconds},
       {"deviation", picture.deviation},
       {"dealing", {{"unit", costs.unit_seconds}, {"byte", costs.byte_seconds}, {"rank", costs.rank_seconds}}},
+      {"message", costs.message_seconds},
       {"runs", nlohmann::json::array()}};
   for (const Row& row : rows)
     json["runs"].push_back({{"ranks", row.ranks},
                             {"seconds", row.run.seconds},
-                            {"efficiency", row.efficiency},
-                            {"least_seconds", row.least},
+                            {"efficiency", row.efficiency()},
+                            {"least_seconds", row.least()},
                             {"dealing_seconds", row.run.dealing},
+                            {"messaging_seconds", row.run.messaging},
                             {"card_seconds", row.run.card},
                             {"units", row.run.units},
                             {"bytes", row.run.bytes}});
@@ -116,17 +126,18 @@ std::string to_table(const std::vector<Row>& rows) {
   const std::vector<Column<Row>> columns{
       {"ranks", [](const Row& row) { return std::to_string(row.ranks); }},
       {"seconds", [](const Row& row) { return format_number(row.run.seconds, 1); }},
-      {"efficiency", [](const Row& row) { return format_number(row.efficiency, 3); }},
-      {"bound, s", [](const Row& row) { return format_number(row.least, 1); }},
-      {"rank 0 deals, % of the time",
-       [](const Row& row) { return format_number(100.0 * row.run.dealing / row.run.seconds, 1); }},
-      {"its card, %", [](const Row& row) { return format_number(100.0 * row.run.card / row.run.seconds, 1); }},
+      {"efficiency", [](const Row& row) { return format_number(row.efficiency(), 3); }},
+      {"bound, s", [](const Row& row) { return format_number(row.least(), 1); }},
+      {"rank 0 deals, %", [](const Row& row) { return format_number(row.percent(row.run.dealing), 1); }},
+      {"is in MPI, %", [](const Row& row) { return format_number(row.percent(row.run.messaging), 1); }},
+      {"its card, %", [](const Row& row) { return format_number(row.percent(row.run.card), 1); }},
       {"units", [](const Row& row) { return std::to_string(row.run.units); }},
       {"GB", [](const Row& row) { return format_number(1e-9 * static_cast<double>(row.run.bytes), 2); }}};
   return table(rows, columns);
 }
 
-int measure(const CommandLine& line, const std::string& command) {
+/// @param message_seconds as measured; nothing: the flag's.
+int measure(const CommandLine& line, const std::string& command, std::optional<double> message_seconds) {
   const std::vector<unsigned> ranks = parse_ranks(line.ranks);
   if (ranks.empty()) return fail("--ranks=" + line.ranks + ": expected numbers from 1 to 100000", kUsage);
   const auto file = open_scene(line.bvh);
@@ -136,8 +147,7 @@ int measure(const CommandLine& line, const std::string& command) {
   const auto measured = measure_picture(*file, *camera, {});
   if (!measured) return fail(measured.error().message, kFailure);
   RankCosts costs = measure_dealing(measured->pixel_bytes);
-  // A unit is a message out and one back.
-  costs.unit_seconds += 2e-9 * line.mpi_ns;
+  costs.message_seconds = message_seconds.value_or(1e-9 * line.message_ns);
   costs.latency = 1e-6 * line.latency_us;
   costs.byte_per_second = 1e6 * line.megabytes;
   const double step = std::accumulate(measured->tile_seconds.begin(), measured->tile_seconds.end(), 0.0);
@@ -145,15 +155,14 @@ int measure(const CommandLine& line, const std::string& command) {
             << " us per path, deviation " << format_number(measured->deviation, 3)
             << "; rank 0: " << format_number(1e6 * costs.unit_seconds, 2) << " us per unit, "
             << format_number(1e9 * costs.byte_seconds, 3) << " ns per byte, "
-            << format_number(1e9 * costs.rank_seconds, 2) << " ns per unit and rank\n\n";
+            << format_number(1e9 * costs.rank_seconds, 2) << " ns per unit and rank. "
+            << (message_seconds ? "Measured: " : "Given: ") << format_number(1e6 * costs.message_seconds, 2)
+            << " us per message\n\n";
   std::vector<Row> rows;
   for (const unsigned count : ranks) {
     if (tools::interrupted()) return fail("cancelled", kFailure);
     const PictureCosts picture = enlarged(*measured, line.width, line.height, line.samples, count * line.workers);
-    Row row{count, simulate(picture, costs, count, line.workers, line.seed), 0.0, 0.0};
-    row.least = least_seconds(picture, costs, count, line.workers, row.run.units, row.run.bytes);
-    row.efficiency = row.run.worked / (row.run.seconds * count * line.workers);
-    rows.push_back(row);
+    rows.push_back({count, line.workers, simulate(picture, costs, count, line.workers, line.seed)});
   }
   std::cout << to_table(rows);
   if (line.json.empty()) return 0;
@@ -162,27 +171,29 @@ int measure(const CommandLine& line, const std::string& command) {
   return output.flush() ? 0 : fail(line.json + ": cannot be written", kFailure);
 }
 
-int run(int argc, char** argv) {
-  std::string command = "bench_ranks";
-  CommandLine line;
-  for (const char* argument : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
-    command += std::string(" ") + argument;
-    line.help |= std::string_view(argument) == "--help" || std::string_view(argument) == "-h";
-  }
-  const std::vector<Flag> flags = make_flags(line);
-  if (line.help) {
-    std::cout << kDescription << describe(flags);
-    return 0;
-  }
-  if (const std::string fault = take_flags(argc, argv, flags); !fault.empty())
-    return fail(fault + " (see --help)", kUsage);
-  if (argc > 1) return fail("unknown argument '" + std::string(argv[1]) + "' (see --help)", kUsage);
+int run(const CommandLine& line, const std::string& command) {
   if (line.bvh.empty()) return fail("--bvh=FILE is missing (see --help)", kUsage);
   const tools::InterruptGuard guard;
-  return measure(line, command);
+  auto ranks = tools::Ranks::join();
+  if (!ranks) return fail(ranks.error().message, kFailure);
+  if ((*ranks)->size() == 1) return measure(line, command, {});
+  // The pixels of a tile of 8 x 8, with 32 bytes each, and a header.
+  constexpr std::size_t kBytes = 2080;
+  const auto seconds = measure_messages(**ranks, kBytes);
+  int status = 0;
+  if (!seconds)
+    status = fail(seconds.error().message, kFailure);
+  else if ((*ranks)->is_first())
+    status = measure(line, command, *seconds);
+  return tools::leave_run(ranks->get(), status);
 }
 
 }  // namespace
 }  // namespace hiprt::bench
 
-int main(int argc, char** argv) { return hiprt::bench::run(argc, argv); }
+int main(int argc, char** argv) {
+  using namespace hiprt::bench;
+  CommandLine line;
+  return run_with_flags("bench_ranks", kDescription, make_flags(line), argc, argv,
+                        [&](const std::string& command) { return run(line, command); });
+}

@@ -9,9 +9,11 @@
 #include <tools/render/units/unit_messages.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -20,17 +22,21 @@ namespace {
 
 using tools::PictureGrid, tools::PictureState, tools::PictureUnit, tools::UnitDealer;
 
+double seconds_of(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 /// Seconds of this thread's processor that @p work takes.
 template <class Work> double processor_seconds(const Work& work) {
-  const auto now = [] {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  };
-  const double begin = now();
+  const double begin = seconds_of(CLOCK_THREAD_CPUTIME_ID);
   work();
-  return now() - begin;
+  return seconds_of(CLOCK_THREAD_CPUTIME_ID) - begin;
 }
+
+/// Seconds of the process's other threads.
+double seconds_of_others() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID) - seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 /// Seconds of each round of each tile. @param work of one step.
 build::Result<std::vector<std::vector<double>>> time_tiles(tools::PathWork& work, const PictureGrid& grid,
@@ -163,6 +169,27 @@ RankCosts measure_dealing(std::size_t pixel_bytes) {
   costs.unit_seconds = std::max(0.0, small - 2.0 * costs.rank_seconds -
                                          2.0 * costs.byte_seconds * static_cast<double>(kSmall * kSmall * pixel_bytes));
   return costs;
+}
+
+build::Result<double> measure_messages(tools::Ranks& ranks, std::size_t bytes) {
+  using namespace std::chrono_literals;
+  constexpr int kThere = 1, kBack = 2, kRounds = 5, kMessages = 5000;
+  const auto message = std::make_shared<const std::vector<std::byte>>(bytes);
+  std::vector<double> seconds;
+  for (int round = 0; round < kRounds && ranks.rank() <= 1; ++round) {
+    const double before = seconds_of_others();
+    const bool is_first = ranks.is_first();
+    for (int i = 0; is_first && i < kMessages; ++i) ranks.send(1, kThere, message);
+    for (int i = 0; i < kMessages; ++i) {
+      if (!ranks.receive(is_first ? kBack : kThere, 10s)) {
+        if (auto healthy = ranks.health(); !healthy) return tl::unexpected(healthy.error());
+        return tools::fail(build::ErrorCode::kBackend, "a message between ranks 0 and 1 did not come in 10 seconds");
+      }
+      if (!is_first) ranks.send(0, kBack, message);
+    }
+    seconds.push_back((seconds_of_others() - before) / (2.0 * kMessages));
+  }
+  return ranks.is_first() ? median(seconds) : 0.0;
 }
 
 }  // namespace hiprt::bench

@@ -5,6 +5,7 @@
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/open_scene.h>
+#include <tools/distributed/ranks.h>
 #include <tools/render/scene/camera.h>
 
 namespace hiprt::bench {
@@ -25,8 +26,13 @@ build::Result<PictureCosts> measure_picture(const SceneFile& file, const tools::
 PictureCosts enlarged(const PictureCosts& measured, std::uint32_t width, std::uint32_t height, std::uint32_t steps,
                       unsigned workers);
 
-/// Times, in the same way, what the dealing thread does for a unit, except the calls of MPI: it deals, cuts, encodes,
-/// decodes and pastes.
+/// Times, in the same way, what the dealing thread does for a unit: it deals, cuts, encodes, decodes and pastes.
 RankCosts measure_dealing(std::size_t pixel_bytes);
+
+/// All ranks of a run call this. Rank 1 returns the messages of rank 0.
+/// @param bytes of a message.
+/// @return on rank 0 the processor seconds that its thread for MPI takes for a message, the median of five rounds; on
+/// the others 0. kBackend if a rank is lost.
+build::Result<double> measure_messages(tools::Ranks& ranks, std::size_t bytes);
 
 }  // namespace hiprt::bench

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <numeric>
 #include <queue>
 #include <random>
 #include <set>
@@ -73,6 +72,7 @@ class Simulation {
       if (event.kind == Kind::kReturns) take(event);
     }
     result_.dealing = dealing_.busy();
+    result_.messaging = messaging_.busy();
     result_.card = std::max(in_.busy(), out_.busy());
     return result_;
   }
@@ -110,7 +110,8 @@ class Simulation {
       return time;
     }
     result_.bytes += static_cast<std::uint64_t>(bytes);
-    add(out_.serve(time, bytes / costs_.byte_per_second) + costs_.latency, Kind::kArrives, rank, unit);
+    const double sent = out_.serve(messaging_.serve(time, costs_.message_seconds), bytes / costs_.byte_per_second);
+    add(sent + costs_.latency, Kind::kArrives, rank, unit);
     return time;
   }
 
@@ -137,7 +138,8 @@ class Simulation {
     double there = event.time;
     if (event.rank != 0) {
       result_.bytes += static_cast<std::uint64_t>(bytes);
-      there = in_.serve(event.time + costs_.latency, bytes / costs_.byte_per_second);
+      there = messaging_.serve(in_.serve(event.time + costs_.latency, bytes / costs_.byte_per_second),
+                               costs_.message_seconds);
       // The thread sleeps in ticks while it has nothing to do.
       if (costs_.tick > 0.0 && dealing_.free() < there) there = std::ceil(there / costs_.tick) * costs_.tick;
     }
@@ -175,7 +177,7 @@ class Simulation {
   std::vector<std::deque<PictureUnit>> waiting_;  ///< Units of each rank that have arrived.
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
   std::uint64_t next_number_ = 0;
-  Server dealing_, in_, out_;
+  Server dealing_, messaging_, in_, out_;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   SimulatedRun result_;
@@ -188,14 +190,8 @@ SimulatedRun simulate(const PictureCosts& picture, const RankCosts& costs, unsig
   return Simulation(picture, costs, ranks, workers, seed).run();
 }
 
-double least_seconds(const PictureCosts& picture, const RankCosts& costs, unsigned ranks, unsigned workers,
-                     std::uint64_t units, std::uint64_t bytes) {
-  const double work = std::accumulate(picture.tile_seconds.begin(), picture.tile_seconds.end(), 0.0) * picture.steps;
-  const double dealing =
-      static_cast<double>(units) * (costs.unit_seconds + costs.rank_seconds * static_cast<double>(ranks)) +
-      costs.byte_seconds * static_cast<double>(bytes);
-  const double card = 0.5 * static_cast<double>(bytes) / costs.byte_per_second;
-  return std::max({work / (static_cast<double>(ranks) * workers), dealing, card});
+double least_seconds(const SimulatedRun& run, unsigned ranks, unsigned workers) {
+  return std::max({run.worked / (static_cast<double>(ranks) * workers), run.dealing, run.messaging, run.card});
 }
 
 }  // namespace hiprt::bench

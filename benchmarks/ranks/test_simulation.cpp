@@ -61,11 +61,17 @@ TEST_CASE("no run is faster than its bounds, and a slow rank 0 is one of them") 
         ranks_cost.byte_seconds = 1e-9;
         ranks_cost.byte_per_second = byte_per_second;
         ranks_cost.latency = 1e-4;
+        ranks_cost.message_seconds = unit_seconds;
         const SimulatedRun run = simulate(costs, ranks_cost, ranks, 4, 2);
         CAPTURE(unit_seconds, byte_per_second, ranks, run.seconds, run.units);
-        CHECK(run.seconds >= 0.999 * least_seconds(costs, ranks_cost, ranks, 4, run.units, run.bytes) - 1e-9);
-        CHECK(run.seconds >= 0.999 * run.dealing);
+        CHECK(run.seconds >= 0.999999 * least_seconds(run, ranks, 4));
         CHECK(run.worked == Approx(work_of(costs)));
+        // The sums that the page gives.
+        const double units = static_cast<double>(run.units), bytes = static_cast<double>(run.bytes);
+        CHECK(run.dealing >= 0.999999 * (units * (unit_seconds + ranks * ranks_cost.rank_seconds) + bytes * 1e-9));
+        CHECK(run.card >= 0.499999 * bytes / byte_per_second);
+        CHECK(run.messaging <= 2.000001 * units * ranks_cost.message_seconds);
+        if (ranks > 8) CHECK(run.messaging > 1.5 * units * ranks_cost.message_seconds - 1e-12);
       }
   RankCosts slow;
   slow.unit_seconds = 1.0;

@@ -8,6 +8,7 @@
 #include <hiprt_build/format/validate_motion.h>
 
 #include <cmath>
+#include <tuple>
 #include <utility>
 #include <vector>
 

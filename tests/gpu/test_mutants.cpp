@@ -91,7 +91,7 @@ TEST_CASE("mutants that validate() accepts have the host's hits") {
   std::vector<gpu::DeviceScene> uploaded;
   std::vector<SceneView> on_device;
   for (const test::TestFile& file : mutants.files) {
-    // Each file has memory of its own, so that a check for accesses out of bounds sees where it ends.
+    // Each file has a separate allocation: a check for accesses out of bounds sees where it ends.
     auto scene = gpu::upload_scene(file.bytes(), nullptr, allocator);
     REQUIRE(scene.has_value());
     uploaded.push_back(std::move(*scene));
