@@ -38,7 +38,7 @@ Exit status: 0; 1 when something failed; 2 for a wrong command line.
 struct CommandLine {
   std::string bvh, camera, json, ranks = "1,2,4,8,16,32,64,128,256,512,1000";
   unsigned width = 3840, height = 2160, samples = 1024, workers = 16, seed = 36;
-  unsigned latency_us = 20, megabytes = 1000, message_ns = 5000;
+  unsigned latency_us = 20, megabytes = 1000, message_ns = 7500;
 };
 
 std::vector<Flag> make_flags(CommandLine& line) {

@@ -71,7 +71,7 @@ TEST_CASE("no run is faster than its bounds, and a slow rank 0 is one of them") 
         CHECK(run.dealing >= 0.999999 * (units * (unit_seconds + ranks * ranks_cost.rank_seconds) + bytes * 1e-9));
         CHECK(run.card >= 0.499999 * bytes / byte_per_second);
         CHECK(run.messaging <= 2.000001 * units * ranks_cost.message_seconds);
-        if (ranks > 8) CHECK(run.messaging > 1.5 * units * ranks_cost.message_seconds - 1e-12);
+        CHECK((run.messaging > 0.0) == (ranks > 1 && unit_seconds > 0.0));
       }
   RankCosts slow;
   slow.unit_seconds = 1.0;

@@ -17,6 +17,13 @@ namespace hiprt::checks {
 
 inline constexpr std::uint64_t kFaultSeed = 34;
 
+/// Most allocations of an operation that fail, one per run.
+#if defined(HIPRT_QUICK_TESTS)
+inline constexpr std::uint64_t kMost = 40;
+#else
+inline constexpr std::uint64_t kMost = 100000;
+#endif
+
 /// The numbers of all allocations, or of a part: the first ones, the last ones and random ones.
 inline std::vector<std::uint64_t> chosen_allocations(std::uint64_t count, std::uint64_t most) {
   std::vector<std::uint64_t> numbers;

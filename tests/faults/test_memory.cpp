@@ -24,12 +24,6 @@ using namespace hiprt::checks;
 
 namespace {
 
-#if defined(HIPRT_QUICK_TESTS)
-constexpr std::uint64_t kMost = 40;
-#else
-constexpr std::uint64_t kMost = 100000;
-#endif
-
 /// Two meshes and boxes.
 struct Scene {
   std::vector<oracle::Mesh> meshes{oracle::star(3, kFaultSeed), oracle::torus(9, 7, 0.3)};

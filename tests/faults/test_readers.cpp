@@ -8,6 +8,7 @@
 #include <tests/fuzz/make_reader_corpus.h>
 #include <tests/oracle/meshes.h>
 #include <tests/tools/temp_folder.h>
+#include <tools/cli/cli.h>
 #include <tools/render/path/path_trace.h>
 #include <tools/render/scene/camera.h>
 #include <tools/render/studio/render.h>
@@ -26,12 +27,6 @@ using namespace hiprt;
 using namespace hiprt::checks;
 
 namespace {
-
-#if defined(HIPRT_QUICK_TESTS)
-constexpr std::uint64_t kMost = 24;
-#else
-constexpr std::uint64_t kMost = 100000;
-#endif
 
 using Path = std::filesystem::path;
 
@@ -99,6 +94,19 @@ TEST_CASE("allocations that fail: readers of scenes, rays and pictures") {
     check_every_allocation(file.filename().string(), kMost, [&] {
       return build::or_out_of_memory("to decode it", [&] { return tools::decode_picture(bytes, kTexels); });
     });
+  }
+}
+
+TEST_CASE("a program without memory for its message ends with the status of a failure") {
+  tools::Cli cli({"program", "A program.", ""});
+  const char* const arguments[] = {"program"};
+  for (const Failing failing : {Failing::kOne, Failing::kRest}) {
+    const int status = cli.run(1, arguments, [&]() -> build::Result<void> {
+      start_failing(1, failing);
+      throw std::bad_alloc();
+    });
+    stop_failing();
+    CHECK(status == tools::kExitFailure);
   }
 }
 

@@ -223,12 +223,22 @@ class Jax(Library):
         return jax.numpy.where(condition, yes, no)
 
 
-class Torch(Library):
-    """PyTorch's own memory, which it reuses in the order of the stream. uint32 is int32, as PyTorch has few operations
-    for uint32."""
+class Ordered(Library):
+    """A library that allocates the results, and reuses memory in the order of its current stream."""
+
+    orders_memory = True
+
+    def finished(self, arrays: list[Any], device: Device, point: Any) -> list[Any]:
+        return arrays
+
+    def where(self, condition: Any, yes: Any, no: Any) -> Any:
+        return sys.modules[self.name].where(condition, yes, no)
+
+
+class Torch(Ordered):
+    """PyTorch. uint32 is int32, as PyTorch has few operations for uint32."""
 
     name = "torch"
-    orders_memory = True
 
     def on(self, device: Device) -> ContextManager[Any]:
         return sys.modules["torch"].cuda.device(device.number)
@@ -248,12 +258,6 @@ class Torch(Library):
                                   device=f"cuda:{device.number}") for shape, kind in parts]
         return arrays, [array.data_ptr() for array in arrays]
 
-    def finished(self, arrays: list[Any], device: Device, point: Any) -> list[Any]:
-        return arrays
-
-    def where(self, condition: Any, yes: Any, no: Any) -> Any:
-        return sys.modules["torch"].where(condition, yes, no)
-
 
 class _Stream:
     """The driver's number of a stream, as NVIDIA's protocol for streams shows it."""
@@ -265,11 +269,8 @@ class _Stream:
         return 0, self.handle
 
 
-class Cupy(Library):
-    """CuPy's own memory, which it reuses in the order of the stream."""
-
+class Cupy(Ordered):
     name = "cupy"
-    orders_memory = True
 
     def on(self, device: Device) -> ContextManager[Any]:
         return sys.modules["cupy"].cuda.Device(device.number)
@@ -295,13 +296,6 @@ class Cupy(Library):
         if hasattr(cuda.Stream, "from_external"):
             return cuda.Stream.from_external(_Stream(handle))
         return cuda.ExternalStream(handle, device.number)
-
-    def finished(self, arrays: list[Any], device: Device, point: Any) -> list[Any]:
-        return arrays
-
-    def where(self, condition: Any, yes: Any, no: Any) -> Any:
-        return sys.modules["cupy"].where(condition, yes, no)
-
 
 _LIBRARIES = {"torch": Torch, "cupy": Cupy, "jax": Jax, "jaxlib": Jax}
 
