@@ -4,13 +4,14 @@
 import os
 import sys
 
+from evaluation_report.markdown import markdown
 from evaluation_report.overview import all_charts
 from evaluation_report.page import page
 from evaluation_report.runs import Evaluation
 from variant_report.script import Parser, run_script, write_together
 
 DESCRIPTION = """Writes report.html (one page with all tables and plots) and every plot as SCENE.PLOT.svg from JSON of
-bench_evaluation. Needs only Python's standard library. Exit status: 0; 1 when a file cannot be read or written or has
+bench_evaluation. --tables prints the tables of all scenes as Markdown instead. Needs only Python's standard library. Exit status: 0; 1 when a file cannot be read or written or has
 another format (nothing is written then); 2 for a wrong argument."""
 
 
@@ -30,10 +31,14 @@ def main():
     parser = Parser(prog="plot_evaluation.py", description=DESCRIPTION)
     parser.add_argument("json", help="file of bench_evaluation --json; compressed ones end in .xz")
     parser.add_argument("--output", default=".", help="folder for the output (.)")
+    parser.add_argument("--tables", action="store_true", help="print Markdown and write nothing")
     arguments = parser.parse_args()
 
     def work():
         evaluation = Evaluation(arguments.json)
+        if arguments.tables:
+            print(markdown(evaluation), end="")
+            return
         write_together("plot_evaluation", arguments.output, lambda folder: write_report(evaluation, folder))
 
     return run_script("plot_evaluation", work)

@@ -17,8 +17,15 @@ inline constexpr unsigned kBlockThreads = 128;
 /// 8 bytes per entry and thread.
 inline constexpr unsigned kMostGpuEntries = 2048;
 
+struct KernelSource {
+  std::string text;
+  /// Whether the compiler may fuse products and sums. All triangle tests but Fast have the same bits either way, and
+  /// boxes are faster with it.
+  bool fuses;
+};
+
 /// The source for a scene's features, levels, layout and stack: the kernel has code for no more than these.
 /// @param precision of rays; of points kDouble or another one.
-std::string kernel_source(const SceneView& scene, Answer answer, Precision precision);
+KernelSource kernel_source(const SceneView& scene, Answer answer, Precision precision);
 
 }  // namespace hiprt::python::gpu

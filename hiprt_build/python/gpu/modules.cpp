@@ -2,7 +2,6 @@
 
 #include <hiprt_build/gpu/compile.h>
 #include <hiprt_build/python/errors.h>
-#include <hiprt_build/python/gpu/kernel_source.h>
 #include <hiprt_build/rtc/embedded_headers.h>
 
 #include <map>
@@ -46,16 +45,17 @@ void set_compiler_paths(std::vector<std::string> paths) {
   compiler_paths = std::move(paths);
 }
 
-std::vector<std::byte> code_of(const std::string& source, const std::string& architecture) {
+std::vector<std::byte> code_of(const KernelSource& source, const std::string& architecture) {
   hiprt::gpu::CompileOptions options{.architecture = architecture, .file = "hiprt_query.hip"};
   for (const auto& header : hiprt::gpu::rtc::embedded_python_headers())
     options.headers.push_back({header.name, header.text});
-  return value_of(compile(source, options)).code;
+  if (!source.fuses) options.flags.push_back(architecture.starts_with("gfx") ? "-ffp-contract=off" : "--fmad=false");
+  return value_of(compile(source.text, options)).code;
 }
 
-Function kernel_of(const Driver& driver, int device, const std::string& source) {
+Function kernel_of(const Driver& driver, int device, const KernelSource& source) {
   const std::lock_guard lock(kernels_mutex);
-  Function& kernel = kernels[{driver.platform(), device, source}];
+  Function& kernel = kernels[{driver.platform(), device, source.text}];
   if (kernel == nullptr) kernel = driver.load(code_of(source, driver.architecture(device)).data(), kKernel);
   return kernel;
 }
