@@ -11,8 +11,9 @@ from evaluation_report.runs import Evaluation
 from variant_report.script import Parser, run_script, write_together
 
 DESCRIPTION = """Writes report.html (one page with all tables and plots) and every plot as SCENE.PLOT.svg from JSON of
-bench_evaluation. --tables prints the tables of all scenes as Markdown instead. Needs only Python's standard library. Exit status: 0; 1 when a file cannot be read or written or has
-another format (nothing is written then); 2 for a wrong argument."""
+bench_evaluation. --tables prints the tables of all scenes as Markdown instead. Needs only Python's standard library.
+Exit status: 0; 1 when a file cannot be read or written or has another format (nothing is written then); 2 for a wrong
+argument."""
 
 
 def write_report(evaluation, folder):

@@ -40,6 +40,12 @@ fi
 if grep -oE '(src|href)="[^"#][^"]*"|@import|url\([^)]*\)' "$report" | grep -v '="data:'; then
   fault "the page loads something"
 fi
+# The tables of all scenes, for pages: nothing is written.
+expect 0 "" python3 -B "$plot" "$made_up" --tables --output "$work/none"
+printf '%s\n' "$output" >"$work/tables.md"
+holds "$work/tables.md" '### flat, 1 scene, relative to ploc' '| hq | 3.00 | 0.800 | 0.600 | 0.600 | 0.600 | 0.600 |' \
+  '### flat: milliseconds per sample'
+if [[ -e $work/none ]]; then fault "--tables writes a folder"; fi
 # The same figures give the same bytes, compressed or not.
 python3 -c 'import lzma, sys; lzma.open(sys.argv[2], "w").write(open(sys.argv[1], "rb").read())' "$made_up" \
   "$work/a.json.xz"

@@ -26,7 +26,8 @@ def table(title, head, rows):
 
 def plain(value, digits=3):
     """As in pages: thousands have a comma."""
-    return numbers.significant(value, digits).replace("\u202f", ",")
+    words = numbers.significant(value, digits).replace("\u202f", ",")
+    return words[:-1] if words == "1." + digits * "0" else words  # 0.9996 is 1.00, not 1.000.
 
 
 def titled(evaluation, words):
@@ -41,7 +42,7 @@ def averages(evaluation, hierarchy):
         if any(scene.entry(hierarchy, key[1], key[0]) for scene in scenes):
             values = [ratios(evaluation, hierarchy, key, figure) for _, figure in columns]
             rows.append([name, *(plain(geometric_mean(found)) if found else "" for found in values)])
-    return table(titled(evaluation, f"{HIERARCHIES[hierarchy]}, {len(scenes)} scenes, relative to {YARDSTICK}"),
+    return table(titled(evaluation, f"{HIERARCHIES[hierarchy]}, {len(scenes)} scene{'s'[:len(scenes) != 1]}, relative to {YARDSTICK}"),
                  ["", *(name for name, _ in columns)], rows)
 
 
@@ -49,6 +50,8 @@ def samples(evaluation, hierarchy):
     """Milliseconds of one sample. The last columns: the slower tracers' times relative to the good tree's."""
     names, rows, products = evaluation.names(), [], {}
     for scene in evaluation.scenes:
+        if not scene.of_hierarchy(hierarchy):
+            continue
         entries = {key: scene.entry(hierarchy, key[1], key[0]) for key in names}
         row = [scene.name, *(plain(1e3 * entry.sample_seconds()) if entry else "" for entry in entries.values())]
         good = scene.entry(hierarchy, GOOD)
@@ -68,6 +71,8 @@ def builds(evaluation, hierarchy):
     """Milliseconds of a build; of it the tree over instances."""
     names, rows = evaluation.names(), []
     for scene in evaluation.scenes:
+        if not scene.of_hierarchy(hierarchy):
+            continue
         row = [f"{scene.name}: {scene.hierarchies.get(hierarchy, {}).get('instances', 0)} instances"]
         for key in names:
             entry = scene.entry(hierarchy, key[1], key[0])
