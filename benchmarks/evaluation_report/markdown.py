@@ -42,7 +42,8 @@ def averages(evaluation, hierarchy):
         if any(scene.entry(hierarchy, key[1], key[0]) for scene in scenes):
             values = [ratios(evaluation, hierarchy, key, figure) for _, figure in columns]
             rows.append([name, *(plain(geometric_mean(found)) if found else "" for found in values)])
-    return table(titled(evaluation, f"{HIERARCHIES[hierarchy]}, {len(scenes)} scene{'s'[:len(scenes) != 1]}, relative to {YARDSTICK}"),
+    count = f"{len(scenes)} scene{'s'[:len(scenes) != 1]}"
+    return table(titled(evaluation, f"{HIERARCHIES[hierarchy]}, {count}, relative to {YARDSTICK}"),
                  ["", *(name for name, _ in columns)], rows)
 
 
