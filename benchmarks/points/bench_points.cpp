@@ -1,9 +1,12 @@
-/// bench_points: closest points of one thread, by hiprt and by Embree's rtcPointQuery, side by side in one process.
+/// bench_points: closest points of one thread, by hiprt and by Embree's rtcPointQuery, side by side in one process; and
+/// all kinds of point queries, on one thread and on a GPU.
 ///
 /// Embree calls a function of the program for each triangle. Here it is the usual test of regions in float (Ericson,
 /// "Real-Time Collision Detection", 2005, 5.1.5).
 
+#include "gpu_points.h"
 #include "kernel.h"
+#include "point_variants.h"
 
 #include <benchmarks/common/embree_scene.h>
 #include <benchmarks/common/program.h>
@@ -18,6 +21,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <iostream>
 
 namespace hiprt::bench {
@@ -31,6 +35,7 @@ namespace {
 struct PointOptions {
   SceneOptions scenes;
   unsigned points = 20'000;
+  unsigned gpu_points = 1'000'000;
   unsigned rounds = 9;
 };
 
@@ -44,6 +49,19 @@ struct Row {
   double best_ratio = 0.0, least_ratio = 0.0;
   double largest_difference = 0.0;  ///< Of distances, in diagonals of the scene.
 };
+
+/// A kind of query, on one thread and on the GPU.
+struct VariantRow {
+  std::string scene, kind;
+  const char* query;
+  double host = 0.0;                                      ///< Nanoseconds per point, by the best instruction set.
+  double gpu = std::numeric_limits<double>::quiet_NaN();  ///< The same; NaN: there is no GPU.
+  std::size_t different = 0;                              ///< Results that are not the host's, bit by bit.
+};
+
+constexpr const char* kQueries[] = {"closest",      "closest, quantized", "closest, double", "8 nearest",
+                                    "within 0.2 %", "signed distance",    "cubes of 0.2 %"};
+static_assert(std::size(kQueries) == static_cast<std::size_t>(PointVariant::kCount));
 
 Vec3 vertex(const tools::Mesh& mesh, std::uint32_t i) {
   return {mesh.positions[i][0], mesh.positions[i][1], mesh.positions[i][2]};
@@ -115,6 +133,12 @@ constexpr Isa kIsas[] = {
 #undef HIPRT_ISA
 };
 
+double diagonal_of(const Box& bounds) {
+  double diagonal = 0.0;
+  for (unsigned k = 0; k < 3; ++k) diagonal = std::hypot(diagonal, double{bounds.max[k]} - bounds.min[k]);
+  return diagonal;
+}
+
 const Isa& best_isa() {
   const Isa* chosen = &kIsas[0];
   for (const Isa& isa : kIsas)
@@ -125,8 +149,9 @@ const Isa& best_isa() {
 Row measure(const Scene& scene, const SceneView& view, RTCScene embree, const std::string& kind,
             const PointOptions& options) {
   const std::vector<Vec3> points = make_points(scene.mesh, view.bounds, kind, options.points);
-  std::vector<float> own(points.size()), other(points.size());
-  const PointJob job{&view, points.data(), own.data(), points.size()};
+  std::vector<float> other(points.size());
+  std::vector<double> own(points.size());
+  const PointJob job{&view, points.data(), own.data(), points.size(), 0.0f, unsigned(PointVariant::kClosest)};
   const auto by = [&](const Isa& isa) { return [&job, &isa] { return time_of([&] { isa.run(job); }); }; };
   const std::vector<Contestant> contestants{
       {"embree", [&] { return time_of([&] { ask_embree(embree, scene.mesh, points, other); }); }},
@@ -137,10 +162,32 @@ Row measure(const Scene& scene, const SceneView& view, RTCScene embree, const st
   Row row{scene.name, kind, each(0), each(1), each(2)};
   row.best_ratio = median_speed_ratio(timings[1], timings[0]);
   row.least_ratio = median_speed_ratio(timings[2], timings[0]);
-  double diagonal = 0.0;
-  for (unsigned k = 0; k < 3; ++k) diagonal = std::hypot(diagonal, double{view.bounds.max[k]} - view.bounds.min[k]);
+  const double diagonal = diagonal_of(view.bounds);
   for (std::size_t i = 0; i < points.size(); ++i)
-    row.largest_difference = std::max(row.largest_difference, std::abs(double{own[i]} - double{other[i]}) / diagonal);
+    row.largest_difference =
+        std::max(row.largest_difference, std::abs(std::sqrt(own[i]) - double{other[i]}) / diagonal);
+  return row;
+}
+
+/// @param file of the layout that the variant needs.
+build::Result<VariantRow> measure_variant(const std::string& scene, std::span<const std::byte> file,
+                                          const std::string& kind, std::span<const Vec3> points, unsigned variant,
+                                          bool on_gpu, const PointOptions& options) {
+  const auto opened = open_buffer(file);
+  const SceneView view = make_scene_view(*opened);
+  const auto reach = static_cast<float>(0.002 * diagonal_of(view.bounds));
+  std::vector<double> own(std::min<std::size_t>(points.size(), options.points));
+  const PointJob job{&view, points.data(), own.data(), own.size(), reach, variant};
+  std::vector<double> times;
+  for (unsigned round = 0; round < options.rounds; ++round) times.push_back(time_of([&] { best_isa().run(job); }));
+  VariantRow row{scene, kind, kQueries[variant]};
+  row.host = median(times) / static_cast<double>(own.size()) * 1e9;
+  if (!on_gpu) return row;
+  const auto run = ask_gpu(file, points, variant, reach, options.rounds);
+  if (!run) return tl::unexpected(run.error());
+  row.gpu = median(run->seconds) / static_cast<double>(points.size()) * 1e9;
+  for (std::size_t i = 0; i < own.size(); ++i)
+    if (std::memcmp(&own[i], &run->results[i], sizeof(double)) != 0) ++row.different;
   return row;
 }
 
@@ -166,6 +213,17 @@ class PointBenchmarks {
                     {"Embree, ns", [](const Row& r) { return format_number(r.embree, 0); }},
                     {"hiprt, ns (ratio)", [](const Row& r) { return with_ratio(r.best, 0, r.best_ratio, 2); }},
                     {"base level, ns (ratio)", [](const Row& r) { return with_ratio(r.least, 0, r.least_ratio, 2); }}});
+    summary.markdown +=
+        "\n## Point queries on one thread and on a GPU (" + gpu_ + ")\n\n" +
+        table<VariantRow>(variants_, {{"scene", [](const VariantRow& r) { return r.scene; }},
+                                      {"points", [](const VariantRow& r) { return r.kind; }},
+                                      {"query", [](const VariantRow& r) { return std::string(r.query); }},
+                                      {"one thread, ns", [](const VariantRow& r) { return format_number(r.host, 0); }},
+                                      {"GPU, ns", [](const VariantRow& r) { return number_or_dash(r.gpu, 3); }}});
+    for (const VariantRow& row : variants_)
+      if (row.different != 0)
+        summary.faults.push_back(row.scene + ", " + row.kind + ", " + row.query + ": " + std::to_string(row.different) +
+                                 " results of the GPU are not the host's");
     for (const Row& row : rows_)
       if (!(row.largest_difference < 1e-4))
         summary.faults.push_back(row.scene + ", " + row.kind + ": distances differ by " +
@@ -182,6 +240,17 @@ class PointBenchmarks {
     if (!bvh) return state.SkipWithError(bvh.error().message.c_str());
     auto embree = EmbreeScene::make(scene->mesh, {});
     if (!embree || !embree->commit()) return state.SkipWithError("Embree builds no scene");
+    build::BuildOptions quantized;
+    quantized.nodes = NodeLayout::kQuantized;
+    const auto small = build::build({&input, 1}, quantized);
+    if (!small) return state.SkipWithError(small.error().message.c_str());
+    // With split triangles a query that reports each triangle once takes a traversal per triangle.
+    build::BuildOptions whole;
+    whole.builder = build::Builder::kHploc;
+    const auto unsplit = build::build({&input, 1}, whole);
+    if (!unsplit) return state.SkipWithError(unsplit.error().message.c_str());
+    const auto gpu = gpu_name();
+    gpu_ = gpu ? *gpu : gpu.error().message;
     const SceneView view = bvh->scene();
     for (auto _ : state)
       for (const char* kind : kKinds) {
@@ -190,16 +259,30 @@ class PointBenchmarks {
         state.counters[row.kind + ".base_ratio"] = row.least_ratio;
         state.counters[row.kind + ".ns"] = row.best;
         rows_.push_back(row);
+        const std::vector<Vec3> points =
+            make_points(scene->mesh, view.bounds, kind, gpu ? options_.gpu_points : options_.points);
+        for (unsigned variant = 0; variant < std::size(kQueries); ++variant) {
+          const auto query = static_cast<PointVariant>(variant);
+          const bool takes_all = query == PointVariant::kWithin || query == PointVariant::kOverlap;
+          const auto& tree = query == PointVariant::kQuantized ? small : takes_all ? unsplit : bvh;
+          const auto measured =
+              measure_variant(name, tree->buffer.bytes(), kind, points, variant, gpu.has_value(), options_);
+          if (!measured) return state.SkipWithError(measured.error().message.c_str());
+          variants_.push_back(*measured);
+        }
       }
   }
 
   const PointOptions& options_;
   std::vector<Row> rows_;
+  std::vector<VariantRow> variants_;
+  std::string gpu_;  ///< Its name, or why there is none.
 };
 
 std::vector<Flag> flags(PointOptions& options) {
   std::vector<Flag> flags = options.scenes.flags();
   flags.push_back(number_flag("points", "points of each kind", options.points, 1, 100'000'000));
+  flags.push_back(number_flag("gpu-points", "points of each kind on a GPU", options.gpu_points, 1, 100'000'000));
   flags.push_back(number_flag("rounds", "rounds in which all run in turn", options.rounds, 1, 10'000));
   return flags;
 }
@@ -211,7 +294,10 @@ int main(int argc, char** argv) {
   using namespace hiprt::bench;
   PointOptions options;
   PointBenchmarks benchmarks(options);
-  return run_program({"bench_points", "Closest points of one thread: hiprt and Embree's rtcPointQuery, side by side.",
-                      flags(options), [&] { return benchmarks.add(); }, [&] { return benchmarks.summarize(); }},
-                     argc, argv);
+  return run_program(
+      {"bench_points",
+       "Closest points of one thread: hiprt and Embree's rtcPointQuery, side by side. Then point queries of "
+       "all kinds, on one thread and, if there is one, on a GPU.",
+       flags(options), [&] { return benchmarks.add(); }, [&] { return benchmarks.summarize(); }},
+      argc, argv);
 }

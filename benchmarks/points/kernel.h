@@ -1,5 +1,5 @@
 #pragma once
-/// Asks for closest points by the machine's best instruction set, or by the least one. The query is compiled once per
+/// Asks point queries by the machine's best instruction set, or by the least one. They are compiled once per
 /// instruction set (kernel_variants.cpp). Jobs have plain members only, as those of trace/kernel.h.
 
 #include <hiprt_device/math/vec.h>
@@ -13,8 +13,10 @@ namespace hiprt::bench {
 struct PointJob {
   const SceneView* scene;
   const Vec3* points;
-  float* distances;  ///< One per point.
+  double* results;  ///< One per point.
   std::size_t count;
+  float reach;
+  unsigned variant;  ///< PointVariant.
 };
 
 }  // namespace hiprt::bench
