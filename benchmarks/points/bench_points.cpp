@@ -1,5 +1,5 @@
-/// bench_points: closest points of one thread, by hiprt and by Embree's rtcPointQuery, side by side in one process; and
-/// all kinds of point queries, on one thread and on a GPU.
+/// bench_points: closest points of one thread, by hiprt and by Embree's rtcPointQuery, side by side in one process.
+/// Then all kinds of point queries, on one thread and on a GPU.
 ///
 /// Embree calls a function of the program for each triangle. Here it is the usual test of regions in float (Ericson,
 /// "Real-Time Collision Detection", 2005, 5.1.5).

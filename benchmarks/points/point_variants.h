@@ -2,10 +2,10 @@
 /// The point queries that bench_points measures, in one text for hosts and GPUs.
 
 #include <hiprt_device/query/closest_point.h>
+#include <hiprt_device/query/double_rays.h>
 #include <hiprt_device/query/inside.h>
 #include <hiprt_device/query/nearest_points.h>
 #include <hiprt_device/query/overlaps.h>
-#include <hiprt_device/query/double_rays.h>
 
 namespace hiprt::bench {
 
