@@ -62,6 +62,17 @@ def main(mode):
         assert fake.fake_launches() == launches + 1 and fake.fake_contexts() == 0
         return hits
 
+    # A copy of the scene before the first query, which then makes none.
+    memories = fake.fake_memories()
+    assert scene.copy_to("cuda:0") is scene and fake.fake_memories() == memories + 1 and fake.fake_contexts() == 0
+    scene.copy_to("cuda").copy_to("cpu")
+    assert fake.fake_memories() == memories + 1
+    other = hiprt.build(hiprt.Mesh(*soup(rng, 30)), device="cuda")
+    assert fake.fake_memories() == memories + 2
+    del other
+    gc.collect()
+    assert fake.fake_memories() == memories + 1
+
     # DLPack: the producer is told of the stream; a consumer's stream waits for the results.
     fake.fake_finish(0)
     a, b = Tensor(origins), Tensor(directions)

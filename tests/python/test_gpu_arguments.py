@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hiprt
-from hiprt import _core, _gpu
+from hiprt import _core, _gpu, _gpu_arrays
 from shapes import soup
 
 
@@ -80,6 +80,16 @@ def test_arguments_are_checked_before_the_driver_is_asked(scene):
     for call in (scene.closest_point, scene.occupancy, scene.signed_distance):
         with pytest.raises(hiprt.InputError, match="stream: none of the arrays"):
             call(cpu, stream=1)
+
+
+def test_devices_by_name(scene):
+    assert _gpu_arrays.device_named("cpu") is None and scene.copy_to("cpu") is scene
+    assert _gpu_arrays.device_named("cuda") == (False, 0) and _gpu_arrays.device_named("rocm:12") == (True, 12)
+    for name in ("gpu", "cuda:", "cuda:-1", "cuda:1.5", "cpu:0", "", 3, None, "cuda:\u0663"):
+        with pytest.raises(hiprt.InputError, match="device: expected 'cpu', 'cuda'"):
+            scene.copy_to(name)
+        with pytest.raises(hiprt.InputError, match="device: expected 'cpu', 'cuda'"):
+            hiprt.build([], device=name)
 
 
 def test_other_calls_say_that_they_work_on_the_cpu(scene):

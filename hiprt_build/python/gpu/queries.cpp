@@ -86,6 +86,15 @@ void enqueue(const Scene& scene, Device device, Stream stream, Answer answer, Pr
   device.driver->launch(kernel, static_cast<unsigned>(blocks), kBlockThreads, stream, arguments);
 }
 
+/// Copies the scene to a device, if it is not there. The GIL is released.
+void copy_scene(const Scene& scene, bool is_hip, int number) {
+  const Device device = device_of(is_hip, number);
+  const auto data = scene.data();
+  const nb::gil_scoped_release without_gil;
+  const CurrentDevice current(*device.driver, device.number);
+  data->on_gpu(device, nullptr);
+}
+
 using Lengths = std::vector<std::uint64_t>;
 using Addresses = std::vector<std::uint64_t>;
 
@@ -243,6 +252,8 @@ void add_gpu(nb::module_& module) {
   add("gpu_closest_point", &closest_point, "is_double");
   module.def("gpu_compile", &compile, nb::arg("scene"), nb::arg("query"), nb::arg("precision"), nb::arg("architecture"),
              "Size in bytes of the kernel of a query. It needs no GPU.");
+  module.def("gpu_copy_scene", &copy_scene, nb::arg("scene"), nb::arg("is_hip"), nb::arg("device"),
+             "Copies a scene to the memory of a GPU before the first query.");
   module.def("gpu_set_compiler_paths", &set_compiler_paths, nb::arg("paths"));
   module.def(
       "gpu_check_driver", [](bool is_hip) { device_of(is_hip, 0); }, nb::arg("is_hip"),

@@ -11,7 +11,7 @@
 
 namespace hiprt::python::gpu {
 
-/// One copy per device, made at the first query there, and freed with the scene.
+/// One copy per device, made at the first query there or earlier, and freed with the scene.
 class SceneCopies {
  public:
   /// The view that kernels take. Waits for the copy if it is the first. Threads may call it at the same time.

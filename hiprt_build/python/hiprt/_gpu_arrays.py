@@ -86,6 +86,16 @@ def is_on_gpu(values: Any) -> bool:
     return hasattr(values, "__cuda_array_interface__")
 
 
+def device_named(name: Any) -> Optional[Device]:
+    """The device of "cuda", "cuda:1", "rocm:0", or an object with such a text (torch.device); None: the CPU."""
+    kind, colon, number = str(name).partition(":")
+    if kind == "cpu" and not colon:
+        return None
+    if kind not in ("cuda", "rocm") or colon and not (number.isascii() and number.isdigit()):
+        raise InputError(f"device: expected 'cpu', 'cuda', 'cuda:N', 'rocm' or 'rocm:N', found {str(name)!r}")
+    return Device(kind == "rocm", int(number or 0))
+
+
 def device_of(values: Any, name: str) -> Device:
     """The device of a tensor. Raises GpuError without a driver, if only the driver knows."""
     if hasattr(values, "__dlpack_device__"):

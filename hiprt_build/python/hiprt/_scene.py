@@ -11,6 +11,7 @@ from . import _core, _gpu
 from ._arrays import INVALID, as_real, as_uint32, is_found, readable
 from ._calls import Progress, checked_threads
 from ._errors import InputError
+from ._gpu_arrays import device_named
 from ._input import Instances, as_meshes, flattened, mesh_entries
 from ._points import PointQueries
 
@@ -253,6 +254,17 @@ class Scene(PointQueries):
         """Checks the whole file. Returns what it counted. Raises InputError with the fault and its byte."""
         return self._core.validate(checked_threads(threads))
 
+    def copy_to(self, device: Any) -> "Scene":
+        """Copies the scene to a GPU now. Without it the first query there makes the copy. Returns the scene.
+
+        device: "cuda", "cuda:1", "rocm", ..., or a torch.device. "cpu" changes nothing.
+        Raises GpuError without a driver or the device, and OutOfMemoryError.
+        """
+        where = device_named(device)
+        if where is not None:
+            _core.gpu_copy_scene(self._core, *where)
+        return self
+
     def refit(self, meshes: Any, *, threads: int = 0, progress: Optional[Progress] = None) -> Dict[str, Any]:
         """Gives the triangles new positions and keeps the tree. Hits are those of a fresh build.
 
@@ -276,8 +288,8 @@ def build(what: Any, quality: Optional[str] = None, *, builder: Optional[str] = 
           threads: int = 0, split_budget: Optional[float] = None, presplit_budget: Optional[float] = None,
           reinsertion_rounds: Optional[int] = None, max_leaf_triangles: Optional[int] = None,
           ploc_radius: Optional[int] = None, pair_triangles: Optional[bool] = None,
-          progress: Optional[Progress] = None) -> Scene:
-    """Builds a scene.
+          progress: Optional[Progress] = None, device: Any = "cpu") -> Scene:
+    """Builds a scene. The CPU builds.
 
     what: a Mesh, an object with vertices and faces, a list of these (mesh i becomes geometry i), or Instances.
     quality: "fast" (the fastest build), "balanced" (the default), "high" (the fastest rays).
@@ -287,18 +299,22 @@ def build(what: Any, quality: Optional[str] = None, *, builder: Optional[str] = 
     threads: 0: all that the process may use. The scene does not depend on it.
     split_budget, presplit_budget, reinsertion_rounds, max_leaf_triangles, ploc_radius, pair_triangles: see BUILDERS.md.
     progress: progress(done, total) with the number of triangles or instances.
+    device: "cpu", or a GPU that gets a copy at once: see Scene.copy_to().
 
     Raises InputError with the mesh, the triangle and the limit.
     Releases the GIL. Ctrl-C ends it with KeyboardInterrupt.
     """
+    device_named(device)  # Before the work.
     options = {"quality": quality, "builder": builder, "layout": layout, "threads": threads,
                "split_budget": split_budget, "presplit_budget": presplit_budget,
                "reinsertion_rounds": reinsertion_rounds, "max_leaf_triangles": max_leaf_triangles,
                "ploc_radius": ploc_radius, "pair_triangles": pair_triangles}
     if isinstance(what, Instances):
         scenes, groups = flattened(what)
-        return Scene(_core.build_instances([scene._core for scene in scenes], groups, options, progress))
-    return Scene(_core.build(mesh_entries(as_meshes(what)), options, progress))
+        built = _core.build_instances([scene._core for scene in scenes], groups, options, progress)
+    else:
+        built = _core.build(mesh_entries(as_meshes(what)), options, progress)
+    return Scene(built).copy_to(device)
 
 
 def load(path: "os.PathLike[str] | str", *, validate: bool = True, threads: int = 0) -> Scene:
