@@ -86,6 +86,18 @@ def test_points_have_the_bits_of_the_cpu(library, rng, kind):
         assert_same(library, on_gpu, on_cpu._replace(point=np.where(nan, 0, on_cpu.point).astype(dtype)))
 
 
+def test_a_scene_that_was_copied_before(torch, rng):
+    mesh, (origins, directions) = hiprt.Mesh(*soup(rng, 200)), rays_at(rng, 500)
+    a, b = torch.from_numpy(origins).cuda(), torch.from_numpy(directions).cuda()
+    free = torch.cuda.mem_get_info()[0]
+    scenes_there = [hiprt.build(mesh, device="cuda"), hiprt.build(mesh, device=a.device), hiprt.build(mesh)]
+    assert scenes_there[2].copy_to("cuda:0") is scenes_there[2] and torch.cuda.mem_get_info()[0] <= free
+    for scene in scenes_there:
+        assert np.array_equal(scene.cast(a, b).t.cpu().numpy(), scene.cast(origins, directions).t)
+    with pytest.raises(hiprt.GpuError):
+        scenes_there[0].copy_to(f"cuda:{torch.cuda.device_count()}")
+
+
 def test_inside(library, rng):
     scene = hiprt.build(hiprt.Mesh(*sphere()))
     points = rng.uniform(-1.2, 1.2, (1000, 3)).astype(np.float32)
