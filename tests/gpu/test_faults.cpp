@@ -189,30 +189,46 @@ TEST_CASE("imported trees") {
   });
 }
 
-TEST_CASE("trees over instances") {
+namespace {
+
+constexpr std::uint32_t kInstances = 20;
+
+/// @param by_update a second call changes the tree that the first one has made.
+void check_instances(const std::string& name, bool by_update) {
   const build::Bvh object = must(build::build(oracle::views({oracle::star(1, kSeed)})));
   const std::vector<std::span<const std::byte>> files{object.buffer.bytes()};
   const std::vector<build::Instance> one(1);
   const build::Bvh file = must(build::build_instances(files, one));
   const BufferView view = *open_buffer(file.buffer.bytes());
-  constexpr std::uint32_t kCount = 20;
-  std::vector<gpu::DeviceInstance> instances(kCount);
-  for (std::uint32_t i = 0; i < kCount; ++i) instances[i].to_scene.row[0][3] = static_cast<float>(3 * i);
+  std::vector<gpu::DeviceInstance> instances(kInstances);
   CountingAllocator outside;
-  const auto device_instances = must(gpu::DeviceArray<gpu::DeviceInstance>::from(instances, nullptr, outside));
-  check_every_call("instances", [&](Allocation& allocator) -> gpu::Result<Bytes> {
-    const auto sizes = gpu::instance_sizes(gpu::objects_in(view), kCount);
+  const auto place = [&](float distance) {
+    for (std::uint32_t i = 0; i < kInstances; ++i) instances[i].to_scene.row[0][3] = distance * static_cast<float>(i);
+    return must(gpu::DeviceArray<gpu::DeviceInstance>::from(instances, nullptr, outside));
+  };
+  const auto first = place(3), moved = place(4);
+  check_every_call(name, [&](Allocation& allocator) -> gpu::Result<Bytes> {
+    const auto sizes = gpu::instance_sizes(gpu::objects_in(view), kInstances);
     if (!sizes) return tl::unexpected(sizes.error());
     auto scene = gpu::upload_scene(view, nullptr, allocator, sizes->output);
     if (!scene) return tl::unexpected(scene.error());
     auto scratch = gpu::DeviceBuffer::make(sizes->scratch, nullptr, allocator);
     if (!scratch) return tl::unexpected(scratch.error());
     const gpu::SceneObjects objects = gpu::objects_of(*scene, view);
-    const auto report = gpu::enqueue_instances(objects, {device_instances.data(), kCount}, {}, scene->buffer.data(),
-                                               scratch->data(), nullptr);
+    auto report =
+        gpu::enqueue_instances(objects, {first.data(), kInstances}, {}, scene->buffer.data(), scratch->data(), nullptr);
+    if (report && by_update)
+      report =
+          gpu::enqueue_update(objects, {moved.data(), kInstances}, {}, scene->buffer.data(), scratch->data(), nullptr);
     if (!report) return tl::unexpected(report.error());
     const auto read = gpu::read_report(*report, objects, nullptr);
     if (!read) return tl::unexpected(read.error());
     return as_bytes(gpu::download_file(*read, objects, nullptr));
   });
 }
+
+}  // namespace
+
+TEST_CASE("trees over instances") { check_instances("instances", false); }
+
+TEST_CASE("updates of trees over instances") { check_instances("update of instances", true); }
