@@ -69,7 +69,9 @@ int main(int argc, char** argv) {
   const Plan plan{std::strtoull(argv[1], nullptr, 10), std::strtoull(argv[3], nullptr, 10),
                   static_cast<unsigned>(std::strtoul(argv[2], nullptr, 10)),
                   argc > 4 && std::string_view(argv[4]) == "lossy"};
-  auto ranks = Ranks::join({.lossy = plan.lossy, .silence = std::chrono::milliseconds(5000)});
+  // While a machine that is busy with other work fills gigabytes, a rank may say nothing for seconds.
+  const std::chrono::milliseconds silence(plan.bytes > 100'000'000 ? 30'000 : 5'000);
+  auto ranks = Ranks::join({.lossy = plan.lossy, .silence = silence});
   if (!ranks) {
     std::fprintf(stderr, "%s\n", ranks.error().message.c_str());
     return leave_run(nullptr, 1);
