@@ -20,9 +20,7 @@ bool fails(hipError_t failure) {
   return true;
 }
 
-template <class Function> Function real(const char* name) {
-  return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
-}
+template <class Function> Function real(const char* name) { return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name)); }
 
 }  // namespace
 
