@@ -36,7 +36,8 @@ ALLOWED_GROWTH = 1.02
 def find_amdrun(given):
     beside = Path(__file__).resolve().parents[2] / 'shared' / 'amdrun' / 'amdrun'
     for path in ([given] if given else [os.environ.get('HIPRT_AMDRUN'), beside]):
-        if path and os.access(path, os.X_OK):
+        # CMake without amdrun gives an empty name, which is the Path of this folder.
+        if path and os.path.isfile(path) and os.access(path, os.X_OK):
             return str(path)
     print('SKIPPED: amdrun is not here (--amdrun, HIPRT_AMDRUN)')
     sys.exit(77)
