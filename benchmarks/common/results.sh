@@ -13,7 +13,7 @@ pack_program() {
   ldd "$1" | awk '$2 == "=>" && $3 ~ /^\// { print $3 }' |
     { grep -vE '/(ld-linux|libc|libm|libdl|librt|libpthread|libcuda|libamdhip64)[-.]' || true; } |
     xargs -r cp -L -t "$2/lib"
-  { ldconfig -p 2>/dev/null || /sbin/ldconfig -p; } | awk '$1 == "libvulkan.so.1" { print $NF; exit }' |
+  { ldconfig -p 2>/dev/null || /sbin/ldconfig -p; } | awk '$1 == "libvulkan.so.1" && !found { print $NF; found = 1 }' |
     xargs -r cp -L -t "$2/lib"
   echo "Packed: $2 ($(du -sm "$2" | cut -f 1) MB)" >&2
 }
