@@ -20,8 +20,8 @@
 #include <tools/render/tracers/tracer.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <iostream>
 
 namespace hiprt::bench {
@@ -209,7 +209,7 @@ build::Result<VariantRow> measure_variant(const std::string& scene, std::span<co
   if (!run) return tl::unexpected(run.error());
   row.gpu = median(run->seconds) / static_cast<double>(points.size()) * 1e9;
   for (std::size_t i = 0; i < own.size(); ++i)
-    if (std::memcmp(&own[i], &run->results[i], sizeof(double)) != 0) ++row.different;
+    if (std::bit_cast<std::uint64_t>(own[i]) != std::bit_cast<std::uint64_t>(run->results[i])) ++row.different;
   return row;
 }
 

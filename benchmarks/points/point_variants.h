@@ -27,24 +27,25 @@ template <PointVariant kVariant> HIPRT_HD double ask(const SceneView& scene, con
   constexpr bool kIsQuantized = kVariant == PointVariant::kQuantized;
   using Tracer = std::conditional_t<kIsQuantized, WithLayout<QuantizedLayout>, Policies>;
   typename Tracer::Stack::Memory memory;
+  const typename Tracer::Stack::Storage storage(memory);
   if constexpr (kVariant == PointVariant::kDouble) {
     using Precise = DoubleRays<Tracer>;
-    return closest_point<Precise>(scene, {.point = BasicVec3<double>(point)}, memory).distance_squared;
+    return closest_point<Precise>(scene, {.point = BasicVec3<double>(point)}, storage).distance_squared;
   } else if constexpr (kVariant == PointVariant::kNearest) {
     ClosestPoint nearest[kNearestPoints];
-    const FoundCount found = nearest_points<Tracer>(scene, {.point = point}, nearest, kNearestPoints, memory);
+    const FoundCount found = nearest_points<Tracer>(scene, {.point = point}, nearest, kNearestPoints, storage);
     return found.count == 0 ? 0.0 : nearest[found.count - 1].distance_squared;
   } else if constexpr (kVariant == PointVariant::kWithin) {
-    return points_within<Tracer>(scene, {.point = point, .max_distance = reach}, memory, TakeAll{}).count;
+    return points_within<Tracer>(scene, {.point = point, .max_distance = reach}, storage, TakeAll{}).count;
   } else if constexpr (kVariant == PointVariant::kSigned) {
-    const auto distance = static_cast<double>(signed_distance<Tracer>(scene, {.point = point}, memory).distance());
+    const auto distance = static_cast<double>(signed_distance<Tracer>(scene, {.point = point}, storage).distance());
     return distance == distance ? distance : std::numeric_limits<double>::infinity();
   } else if constexpr (kVariant == PointVariant::kOverlap) {
     const float half = 0.5f * reach;
     const Box cube{{point.x - half, point.y - half, point.z - half}, {point.x + half, point.y + half, point.z + half}};
-    return overlaps<Tracer>(scene, ExactBox{cube}, memory, TakeAll{}).count;
+    return overlaps<Tracer>(scene, ExactBox{cube}, storage, TakeAll{}).count;
   } else {
-    return closest_point<Tracer>(scene, {.point = point}, memory).distance_squared;
+    return closest_point<Tracer>(scene, {.point = point}, storage).distance_squared;
   }
 }
 

@@ -58,13 +58,13 @@ template <class Layout> class PrimitiveCheck {
   }
 
   Check check_leaf(const LeafVisit& visit) {
-    const auto& [index, custom, box] = visit;
+    const std::uint64_t index = visit.index;
     if (auto ids = check_ids<false>(index); !ids) return ids;
     if (auto triangle_ids = check_triangle_ids<false>(index); !triangle_ids) return triangle_ids;
     if (auto vertices = check_vertices(index); !vertices) return vertices;
     // Whether a triangle may leave the box is known only after all leaves have been visited: check_splits().
     if (!splits_allowed_) {
-      auto inside = check_both([&](unsigned triangle) { return check_inside(index, triangle, box); });
+      auto inside = check_both([&](unsigned triangle) { return check_inside(index, triangle, visit.box); });
       if (!inside) return inside;
     }
     return check_both([&](unsigned triangle) { return count_reference<false>(index, triangle); });
