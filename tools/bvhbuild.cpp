@@ -12,7 +12,9 @@
 #include <tools/build/shape_geometries.h>
 #include <tools/cli/build/build_command.h>
 #include <tools/cli/build/build_report.h>
+#include <tools/cli/build/build_warnings.h>
 #include <tools/cli/build/mesh_inputs.h>
+#include <tools/cli/build/parts_command.h>
 #include <tools/cli/build/refit_command.h>
 #include <tools/cli/build/scene_input.h>
 #include <tools/cli/build/shape_inputs.h>
@@ -65,21 +67,9 @@ constexpr ToolInfo kInfo{
     "  bvhbuild frame1.bvh --refit frame2.obj -o frame2.bvh             # the next frame of an animation\n"
     "  bvhbuild bunny.obj -o mine.bvh --import tree.json                # a tree of your own\n"
     "  bvhbuild forest.json -o forest.bvh --cache built                 # builds only objects that are new\n"
+    "  bvhbuild city.json --parts 8 -o parts/city.json                  # for bvhrender on 8 machines\n"
     "  mpirun -n 8 bvhbuild --manifest assets.json --cache built        # many assets on 8 ranks\n"
     "  bvhbuild --cache built --prune 20G                               # keeps the 20 GiB that were used last\n"};
-
-void warn_dropped(const Cli& cli, const build::BuildStatistics& statistics) {
-  const std::uint64_t not_finite = statistics.dropped_not_finite, degenerate = statistics.dropped_degenerate;
-  if (not_finite + degenerate == 0) return;
-  const std::string dropped = "dropped " + std::to_string(not_finite + degenerate) + " of ";
-  if (statistics.customs == 0)
-    cli.warn(dropped + std::to_string(statistics.triangles) + " triangles: " + std::to_string(not_finite) +
-             " with a corner that is not finite, " + std::to_string(degenerate) + " with two corners in one place");
-  else
-    cli.warn(dropped + std::to_string(statistics.triangles + statistics.customs) +
-             " primitives: " + std::to_string(not_finite) + " with a corner or a box that is not finite, " +
-             std::to_string(degenerate) + " with two corners in one place or a radius of 0");
-}
 
 /// Warns of levels that could not be merged.
 void warn_kept(const Cli& cli, const SceneDescription& scene) {
@@ -88,14 +78,6 @@ void warn_kept(const Cli& cli, const SceneDescription& scene) {
   cli.warn(scene.path + ": " + std::to_string(merged.levels) +
            " levels are left; instances of groups that stay: " + std::to_string(merged.kept_moving) + " for motion, " +
            std::to_string(merged.kept_masks) + " for masks that no one mask stands for");
-}
-
-/// Warns of damaged entries of the cache, and of a cache that cannot be written.
-void warn_cache(const Cli& cli, const CacheCounts& cache) {
-  if (cache.damaged != 0)
-    cli.warn("damaged entries of the cache that were built again: " + std::to_string(cache.damaged) +
-             ", the first: " + cache.first_damage);
-  if (!cache.first_not_stored.empty()) cli.warn("the cache cannot be written: " + cache.first_not_stored);
 }
 
 /// @return the cache of --cache, or nothing.
@@ -223,15 +205,11 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
   const auto cache = open_cache(command);
   if (!cache) return tl::unexpected(cache.error());
   if (*cache) request.cache = &**cache;
+  if (command.parts != 0) return run_parts(cli, command, *scene, request, read_seconds, bar);
   const auto built = build_scene(*scene, request, bar.sink());
   bar.clear();
   if (!built) return tl::unexpected(built.error());
-  warn_cache(cli, built->cache);
-  warn_dropped(cli, built->objects);
-  if (built->other_builder != 0)
-    cli.warn(std::string(built->on_gpu ? "the GPU" : "Embree") + " gave up on " + build::name(built->builder) +
-             " for " + std::to_string(built->other_builder) + " of " + std::to_string(scene->objects.size()) +
-             " objects, the trees would be too deep");
+  warn_scene(cli, *scene, *built);
   return write_and_report(cli, command, built->file.bytes(), {.read = read_seconds},
                           [&](const BufferView& view, BuildSeconds seconds) {
                             if (cli.json())

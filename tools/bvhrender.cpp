@@ -10,6 +10,7 @@
 #include <tools/cli/ranks/join_ranks.h>
 #include <tools/cli/ranks/picture_key.h>
 #include <tools/cli/ranks/rank_start.h>
+#include <tools/cli/render/parts_engine.h>
 #include <tools/cli/render/render_command.h>
 #include <tools/cli/render/render_output.h>
 #include <tools/cli/render/render_scene.h>
@@ -60,18 +61,31 @@ constexpr ToolInfo kInfo{
     "  bvhrender wheel.bvh -o blurred.png --shutter 0,0.02 --spp 256          # motion blur\n"
     "  bvhrender house.bvh -o house.exr --integrator path --materials house.glb --environment sky.exr --spp 1024\n"
     "  bvhrender bunny.bvh -o bunny.exr --spp 65536 --resume bunny.part       # goes on after a stop\n"
+    "  mpirun -n 8 bvhrender city.json -o city.exr --integrator path          # parts of bvhbuild --parts 8\n"
     "  mpirun -n 4 bvhrender bunny.bvh -o bunny.exr --spp 65536               # on four processes\n"
     "  bvhrender bunny.bvh -o bunny.png --spp 16 --compare bunny.exr --difference flip.png\n"};
 
 /// The scene, the camera, and what traces the scene.
 struct Stage {
+  std::optional<PartScene> parts;  ///< Instead of the file, the subject and the GPU.
   BvhFile file;
   Camera camera;
   Subject subject;
   std::optional<GpuTracer> gpu;
 
   GpuTracer* tracer() { return gpu ? &*gpu : nullptr; }
+  /// Bytes that the picture depends on.
+  std::span<const std::byte> bytes() const { return parts ? parts->bytes.bytes() : file.view.bytes; }
 };
+
+build::Result<std::unique_ptr<PictureEngine>> make_engine(const RenderCommand& command, Stage& stage, Ranks& ranks) {
+  const auto as_engine = [](auto made) -> build::Result<std::unique_ptr<PictureEngine>> {
+    if (!made) return tl::unexpected(std::move(made.error()));
+    return std::move(*made);
+  };
+  if (stage.parts) return as_engine(PartsEngine::make(command, *stage.parts, stage.camera, ranks));
+  return as_engine(SceneEngine::make(command, stage.subject.view, stage.camera, stage.tracer()));
+}
 
 /// Fills subject and tracer. @pre file and camera are there.
 build::Result<void> choose_subject_and_tracer(RenderCommand& command, const GpuChoice& gpus, Stage& stage) {
@@ -111,6 +125,9 @@ build::Result<void> prepare_paths(const Cli& cli, RenderCommand& command, const 
                                [&](const std::string& warning) { cli.warn(warning); });
 }
 
+/// What a run says of a rank that is lost with its parts.
+constexpr const char* kPartsAreGone = "its parts of the scene are gone: start the run again";
+
 /// bvhrender on rank 0, which is the only one of a program that was started alone.
 class FirstRank {
  public:
@@ -118,7 +135,9 @@ class FirstRank {
       : cli_(cli),
         command_(command),
         ranks_(ranks),
-        watch_(ranks, command.ranks.lossy, [&cli](const std::string& message) { cli.warn(message); }),
+        is_parts_(is_part_manifest(command.path)),
+        watch_(is_parts_ ? RankWatch(ranks, false, {}, kPartsAreGone)
+                         : RankWatch(ranks, command.ranks.lossy, [&cli](const std::string& text) { cli.warn(text); })),
         start_(watch_) {}
 
   build::Result<void> run() {
@@ -135,7 +154,7 @@ class FirstRank {
 
  private:
   bool alone() const { return ranks_.size() == 1; }
-  PictureKey key() const { return picture_key(tool_version(kInfo), stage_.file.view.bytes, command_, stage_.camera); }
+  PictureKey key() const { return picture_key(tool_version(kInfo), stage_.bytes(), command_, stage_.camera); }
 
   build::Result<void> prepare() {
     GpuChoice gpus;
@@ -144,6 +163,23 @@ class FirstRank {
       if (!share) return tl::unexpected(share.error());
       gpus = take_share(*share, command_.render.threads);
     }
+    return is_parts_ ? prepare_parts() : prepare_scene(gpus);
+  }
+
+  build::Result<void> prepare_parts() {
+    auto scene = read_part_scene(command_);
+    if (!scene) return tl::unexpected(std::move(scene.error()));
+    stage_.parts = std::move(*scene);
+    const auto camera = choose_camera(command_, stage_.parts->manifest.bounds());
+    if (!camera) return tl::unexpected(camera.error());
+    stage_.camera = *camera;
+    if (!alone()) start_.begin(stage_.bytes(), stage_.camera, false);
+    if (auto ready = command_.paths.prepare_sky(stage_.camera, command_.render, command_.outputs); !ready) return ready;
+    if (!alone()) start_.send(command_.paths.data());
+    return {};
+  }
+
+  build::Result<void> prepare_scene(const GpuChoice& gpus) {
     // The ranks of a host share the pages of a mapped file.
     auto file = alone() || command_.ranks.broadcast ? load_bvh(command_.path, command_.render.threads)
                                                     : map_bvh(command_.path, command_.render.threads);
@@ -154,7 +190,7 @@ class FirstRank {
     const auto camera = choose_camera(command_, stage_.file.view.header->bounds);
     if (!camera) return tl::unexpected(camera.error());
     stage_.camera = *camera;
-    if (!alone()) start_.begin(stage_.file, stage_.camera, command_.ranks.broadcast);
+    if (!alone()) start_.begin(std::as_const(stage_.file.buffer).bytes(), stage_.camera, command_.ranks.broadcast);
     if (auto chosen = choose_subject_and_tracer(command_, gpus, stage_); !chosen) return chosen;
     if (auto ready = prepare_paths(cli_, command_, stage_.subject.view, stage_.camera); !ready) return ready;
     if (!alone() && command_.paths.chosen()) start_.send(command_.paths.data());
@@ -168,7 +204,7 @@ class FirstRank {
     const auto keep = [&](const Rendering& so_far) {
       static_cast<void>(write_pictures(kInfo, command_, stage_.camera, so_far.image, /*stops=*/true));
     };
-    if (!alone() || checkpoint_) return render_by_units(progress, keep);
+    if (!alone() || checkpoint_ || is_parts_) return render_by_units(progress, keep);
     const BufferView& view = stage_.subject.view;
     if (command_.paths.chosen())
       return command_.paths.render(view, stage_.camera, command_.render, stage_.tracer(), bar, keep);
@@ -177,16 +213,17 @@ class FirstRank {
 
   build::Result<Rendering> render_by_units(const std::function<void(double)>& progress,
                                            const std::function<void(const Rendering&)>& keep) {
-    auto parts = PictureParts::make(command_, stage_.subject.view, stage_.camera, stage_.tracer());
-    if (!parts) return tl::unexpected(std::move(parts.error()));
+    auto engine = make_engine(command_, stage_, ranks_);
+    if (!engine) return tl::unexpected(std::move(engine.error()));
+    PictureWork& work = (*engine)->work();
     std::optional<RankCrew> crew;
     if (!alone()) {
-      auto workers = start_.wait(key(), (*parts)->work().workers());
+      auto workers = start_.wait(key(), work.workers());
       if (!workers) return tl::unexpected(std::move(workers.error()));
-      crew.emplace(watch_, std::move(*workers), (*parts)->work().pixel_bytes());
+      crew.emplace(watch_, std::move(*workers), work.pixel_bytes());
     }
     const auto warn = [&](const std::string& message) { cli_.warn(message); };
-    return render_units(command_, **parts, stage_.camera,
+    return render_units(command_, **engine,
                         {crew ? &*crew : nullptr, checkpoint_ ? &*checkpoint_ : nullptr, progress, warn, keep});
   }
 
@@ -208,11 +245,29 @@ class FirstRank {
   const Cli& cli_;
   RenderCommand& command_;
   Ranks& ranks_;
+  bool is_parts_;
   RankWatch watch_;
   LeadStart start_;
   Stage stage_{};
   std::optional<Checkpoint> checkpoint_;
 };
+
+/// Reads the scene of another rank than 0.
+build::Result<void> follow_scene(RenderCommand& command, FollowStart& start, const RankBegin& begin,
+                                 const GpuChoice& gpus, Stage& stage) {
+  if (is_part_manifest(command.path)) {
+    auto bytes = start.bytes(begin, command.path);
+    if (!bytes) return tl::unexpected(std::move(bytes.error()));
+    auto scene = part_scene_of(command, std::move(*bytes));
+    if (!scene) return tl::unexpected(std::move(scene.error()));
+    stage.parts = std::move(*scene);
+    return {};
+  }
+  auto file = start.scene(begin, command.path);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  stage.file = std::move(*file);
+  return choose_subject_and_tracer(command, gpus, stage);
+}
 
 /// bvhrender on another rank.
 build::Result<void> follow(RenderCommand& command, Ranks& ranks) {
@@ -221,21 +276,17 @@ build::Result<void> follow(RenderCommand& command, Ranks& ranks) {
   if (!begin) return tl::unexpected(begin.error());
   const GpuChoice gpus = take_share(begin->share, command.render.threads);
   Stage stage{};
-  auto file = start.scene(*begin, command.path);
-  if (!file) return tl::unexpected(std::move(file.error()));
-  stage.file = std::move(*file);
   stage.camera = begin->camera;
-  if (auto chosen = choose_subject_and_tracer(command, gpus, stage); !chosen) return chosen;
+  if (auto ready = follow_scene(command, start, *begin, gpus, stage); !ready) return ready;
   if (command.paths.chosen()) {
     auto data = start.path_data();
     if (!data) return tl::unexpected(std::move(data.error()));
     command.paths.set_data(std::move(*data));
   }
-  auto parts = PictureParts::make(command, stage.subject.view, stage.camera, stage.tracer());
-  if (!parts) return tl::unexpected(std::move(parts.error()));
-  start.ready(picture_key(tool_version(kInfo), stage.file.view.bytes, command, stage.camera),
-              (*parts)->work().workers());
-  return compute_for_first_rank(ranks, (*parts)->work());
+  auto engine = make_engine(command, stage, ranks);
+  if (!engine) return tl::unexpected(std::move(engine.error()));
+  start.ready(picture_key(tool_version(kInfo), stage.bytes(), command, stage.camera), (*engine)->work().workers());
+  return compute_for_first_rank(ranks, (*engine)->work());
 }
 
 build::Result<void> run(const Cli& cli, RenderCommand& command, Ranks& ranks) {

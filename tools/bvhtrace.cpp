@@ -279,7 +279,7 @@ class BlockRun {
     // The ranks of a host share the pages of a mapped file.
     auto file = checked(command_.ranks.broadcast ? load_bvh(command_.path, command_.threads)
                                                  : map_bvh(command_.path, command_.threads));
-    if (file) start.begin(*file, {}, command_.ranks.broadcast);
+    if (file) start.begin(std::as_const(file->buffer).bytes(), {}, command_.ranks.broadcast);
     return file;
   }
 

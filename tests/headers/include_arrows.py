@@ -38,6 +38,7 @@ MODULES = {
     'tools/base/': 'base',
     'tools/scene_io/': 'scene_io',
     'tools/build/': 'scene_build',
+    'tools/parts/': 'parts',
     'tools/distributed/': 'distributed',
     'tools/render/image/': 'image',
     'tools/render/scene/': 'render_scene',
@@ -45,6 +46,7 @@ MODULES = {
     'tools/render/studio/': 'studio',
     'tools/render/path/': 'path',
     'tools/render/units/': 'units',
+    'tools/render/parts/': 'render_parts',
     'tools/render/': 'path',
     'tools/': 'cli',
 }
@@ -81,6 +83,7 @@ MAY_INCLUDE = {
     'base': LIBRARY,
     'scene_io': LIBRARY | {'base'},
     'scene_build': LIBRARY | {'base', 'scene_io'},
+    'parts': LIBRARY | {'base', 'scene_io', 'scene_build'},
     'distributed': LIBRARY | {'base'},
     'image': LIBRARY | {'base', 'scene_io'},
     'render_scene': LIBRARY | {'base', 'scene_io'},
@@ -88,8 +91,10 @@ MAY_INCLUDE = {
     'studio': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers'},
     'path': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers', 'studio'},
     'units': LIBRARY | {'base', 'image', 'render_scene', 'tracers', 'studio', 'path'},
-    'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'distributed', 'image', 'render_scene', 'tracers', 'studio',
-                      'path', 'units'},
+    'render_parts': LIBRARY | {'base', 'scene_io', 'parts', 'image', 'render_scene', 'tracers', 'studio', 'path',
+                               'units'},
+    'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'parts', 'distributed', 'image', 'render_scene', 'tracers',
+                      'studio', 'path', 'units', 'render_parts'},
 }
 # A folder of the include path of programs that include <hiprt/...>.
 COMPAT = 'hiprt_device/compat/'

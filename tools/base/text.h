@@ -60,6 +60,17 @@ inline std::string_view next_line(std::string_view& text) {
   return line;
 }
 
+/// Whether the name of a file ends in an extension such as ".png", in any case. @param extension in lower case.
+inline bool has_extension(std::string_view path, std::string_view extension) {
+  if (path.size() <= extension.size() || path[path.size() - extension.size() - 1] == '/') return false;
+  path.remove_prefix(path.size() - extension.size());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const char c = path[i] >= 'A' && path[i] <= 'Z' ? static_cast<char>(path[i] - 'A' + 'a') : path[i];
+    if (c != extension[i]) return false;
+  }
+  return true;
+}
+
 /// Cuts a UTF-8 byte order mark off the start of a file's text.
 inline void skip_byte_order_mark(std::string_view& text) {
   constexpr std::string_view kMark = "\xef\xbb\xbf";

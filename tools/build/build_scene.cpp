@@ -143,8 +143,23 @@ class ObjectBuilder {
   bool on_gpu_ = false;
 };
 
+/// A scene as the library takes it, and where its groups and instances are in the description.
+struct LibraryScene {
+  std::vector<std::span<const std::byte>> objects;
+  std::vector<std::span<const build::Instance>> groups;
+  std::vector<std::size_t> group_numbers{};             ///< In the description; empty: the same.
+  std::span<const std::uint32_t> last_group_numbers{};  ///< Of the last group's instances; empty: the same.
+
+  std::size_t group_in_description(std::size_t group) const {
+    return group < group_numbers.size() ? group_numbers[group] : group;
+  }
+  std::size_t instance_in_description(std::size_t group, std::size_t instance) const {
+    return group + 1 == groups.size() && instance < last_group_numbers.size() ? last_group_numbers[instance] : instance;
+  }
+};
+
 /// Replaces the numbers of a message of the library, "group 2, instance 5: ...", by the description's location of it.
-std::string in_description(const SceneDescription& scene, const std::string& message) {
+std::string in_description(const SceneDescription& scene, const LibraryScene& built, const std::string& message) {
   std::string whole = scene.path + ": " + message;
   std::string_view rest = message;
   const auto number_after = [&](std::string_view word, std::size_t& number) {
@@ -155,9 +170,12 @@ std::string in_description(const SceneDescription& scene, const std::string& mes
     return error == std::errc{};
   };
   std::size_t group = 0, instance = 0;
-  if (!number_after("group ", group) || group >= scene.groups.size()) return whole;
+  if (!number_after("group ", group) || group >= built.groups.size()) return whole;
+  const bool has_instance = number_after(", instance ", instance);
+  instance = built.instance_in_description(group, instance);
+  group = built.group_in_description(group);
   std::string location = scene.path + ": " + scene.groups[group].location;
-  if (number_after(", instance ", instance)) {
+  if (has_instance) {
     const auto path = scene.merged ? scene.merged->path_of(static_cast<std::uint32_t>(instance), group)
                                    : std::vector{static_cast<std::uint32_t>(instance)};
     for (const std::uint32_t step : path) location += "[" + std::to_string(step) + "]";
@@ -166,8 +184,7 @@ std::string in_description(const SceneDescription& scene, const std::string& mes
 }
 
 /// Whether the GPU makes the trees over instances: of one level without motion, opened instances and shapes.
-bool joins_on_gpu(const SceneDescription& scene, std::span<const std::span<const std::byte>> objects,
-                  const build::InstanceOptions& options) {
+bool joins_on_gpu(const LibraryScene& scene, const build::InstanceOptions& options) {
   if (scene.groups.size() != 1 || options.opening_budget > 1.0 ||
       options.bounds == build::InstanceBounds::kPrimitives || options.tree.builder > build::Builder::kHq)
     return false;
@@ -176,18 +193,14 @@ bool joins_on_gpu(const SceneDescription& scene, std::span<const std::span<const
     const auto view = open_buffer(file);
     return !view || !view->shapes.empty();
   };
-  const auto& instances = scene.groups[0].instances;
+  const auto& instances = scene.groups[0];
   return std::none_of(instances.begin(), instances.end(), moves) &&
-         std::none_of(objects.begin(), objects.end(), has_shapes);
+         std::none_of(scene.objects.begin(), scene.objects.end(), has_shapes);
 }
 
 /// @param on_gpu whether the GPU has built the objects.
-build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const build::Buffer> files, bool on_gpu,
+build::Result<build::Bvh> join(const SceneDescription& description, const LibraryScene& scene, bool on_gpu,
                                const BuildRequest& request, const ProgressSink& progress) {
-  std::vector<std::span<const std::byte>> objects;
-  std::vector<std::span<const build::Instance>> groups;
-  for (const build::Buffer& file : files) objects.push_back(file.bytes());
-  for (const SceneGroup& group : scene.groups) groups.emplace_back(group.instances);
   build::InstanceOptions options = request.instances;
   // The best trees over instances go with the best trees of objects.
   if (request.options.builder == build::Builder::kHq)
@@ -196,12 +209,13 @@ build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const bu
   options.tree.threads = request.options.threads;
   options.tree.tool = request.options.tool;
   options.tree.progress = build_progress(progress);
-  const bool by_gpu = on_gpu && joins_on_gpu(scene, objects, options);
-  auto bvh = by_gpu ? join_on_gpu(objects, groups[0], options)
-                    : build::build_instances(build::InstancedScene{objects, groups}, options);
+  const bool by_gpu = on_gpu && joins_on_gpu(scene, options);
+  auto bvh = by_gpu ? join_on_gpu(scene.objects, scene.groups[0], options)
+                    : build::build_instances(build::InstancedScene{scene.objects, scene.groups}, options);
   if (interrupted()) return cancelled();
   if (!bvh && by_gpu && bvh.error().message.starts_with("instance ")) bvh.error().message.insert(0, "group 0, ");
-  if (!bvh) return tl::unexpected(build::Error{bvh.error().code, in_description(scene, bvh.error().message)});
+  if (!bvh)
+    return tl::unexpected(build::Error{bvh.error().code, in_description(description, scene, bvh.error().message)});
   return bvh;
 }
 
@@ -218,16 +232,57 @@ build::Result<Built> build_or_reuse(const build::SceneInput& scene, const BuildR
   return std::move(result->built);
 }
 
-build::Result<BuiltScene> build_scene(SceneDescription& scene, const BuildRequest& request,
-                                      const ProgressSink& progress) {
-  BuiltScene result;
+build::Result<std::vector<build::Buffer>> build_objects(SceneDescription& scene, const BuildRequest& request,
+                                                        const ProgressSink& progress, BuiltScene& result) {
   build::Stopwatch watch;
-  const auto files = ObjectBuilder(scene, request, progress).run(result);
-  if (!files) return tl::unexpected(files.error());
+  auto files = ObjectBuilder(scene, request, progress).run(result);
+  if (!files) return files;
   scene.meshes.clear();
   scene.shapes.clear();
   result.object_seconds = watch.lap();
-  auto bvh = join(scene, *files, result.on_gpu, request, progress);
+  return files;
+}
+
+build::Result<build::Bvh> build_selection(const SceneDescription& scene, std::span<const build::Buffer> files,
+                                          const SceneSelection& selection, bool on_gpu, const BuildRequest& request,
+                                          const ProgressSink& progress) {
+  std::vector<std::uint32_t> new_number(files.size() + scene.groups.size(), kInvalidId);
+  for (std::size_t i = 0; i < selection.objects.size(); ++i)
+    new_number[selection.objects[i]] = static_cast<std::uint32_t>(i);
+  const auto renumbered = [&](build::Instance instance) {
+    instance.object = new_number[instance.object];
+    return instance;
+  };
+  LibraryScene part;
+  std::vector<std::vector<build::Instance>> groups;
+  for (const std::uint32_t object : selection.objects) {
+    if (object < files.size()) {
+      part.objects.push_back(files[object].bytes());
+      continue;
+    }
+    part.group_numbers.push_back(object - files.size());
+    auto& group = groups.emplace_back();
+    for (const build::Instance& instance : scene.groups[object - files.size()].instances)
+      group.push_back(renumbered(instance));
+  }
+  part.group_numbers.push_back(scene.groups.size() - 1);
+  part.last_group_numbers = selection.instances;
+  auto& last = groups.emplace_back();
+  for (const std::uint32_t i : selection.instances) last.push_back(renumbered(scene.groups.back().instances[i]));
+  part.groups.assign(groups.begin(), groups.end());
+  return join(scene, part, on_gpu, request, progress);
+}
+
+build::Result<BuiltScene> build_scene(SceneDescription& scene, const BuildRequest& request,
+                                      const ProgressSink& progress) {
+  BuiltScene result;
+  const auto files = build_objects(scene, request, progress, result);
+  if (!files) return tl::unexpected(files.error());
+  build::Stopwatch watch;
+  LibraryScene whole;
+  for (const build::Buffer& file : *files) whole.objects.push_back(file.bytes());
+  for (const SceneGroup& group : scene.groups) whole.groups.emplace_back(group.instances);
+  auto bvh = join(scene, whole, result.on_gpu, request, progress);
   if (!bvh) return tl::unexpected(std::move(bvh.error()));
   result.file = std::move(bvh->buffer);
   result.instance_seconds = watch.lap();

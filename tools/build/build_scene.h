@@ -30,8 +30,24 @@ struct BuiltScene {
 /// @param counts gets one more.
 build::Result<Built> build_or_reuse(const build::SceneInput& scene, const BuildRequest& request, CacheCounts& counts);
 
-/// Builds the objects (small ones in parallel), then the trees over instances. Frees the meshes and shapes of @p scene
-/// in between.
+/// Builds the files of all objects, small ones in parallel, and counts them in @p result. Then it frees the meshes and
+/// shapes of @p scene.
+build::Result<std::vector<build::Buffer>> build_objects(SceneDescription& scene, const BuildRequest& request,
+                                                        const ProgressSink& progress, BuiltScene& result);
+
+/// Some instances of a scene, and what they need of it.
+struct SceneSelection {
+  std::vector<std::uint32_t> instances;  ///< Of the scene's last group, ascending.
+  std::vector<std::uint32_t> objects;    ///< All objects that they lead to, as build::Instance numbers them, ascending.
+};
+
+/// Builds the trees over the selected instances, which become a scene of their own. Its objects keep their order.
+/// @param files of build_objects(). @param on_gpu BuiltScene::on_gpu.
+build::Result<build::Bvh> build_selection(const SceneDescription& scene, std::span<const build::Buffer> files,
+                                          const SceneSelection& selection, bool on_gpu, const BuildRequest& request,
+                                          const ProgressSink& progress);
+
+/// Builds the objects, then the trees over instances. Frees the meshes and shapes of @p scene in between.
 build::Result<BuiltScene> build_scene(SceneDescription& scene, const BuildRequest& request,
                                       const ProgressSink& progress);
 

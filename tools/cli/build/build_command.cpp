@@ -79,6 +79,14 @@ void add_instance_options(CLI::App& app, BuildCommand& command) {
                "Build one BVH without instances: every instance of a mesh becomes a geometry in the scene's space")
       ->disable_flag_override()
       ->group(kInstanceGroup);
+  app.add_option("--parts", command.parts,
+                 "Distribute the instances to N files of about equal memory, for bvhrender on several machines. "
+                 "--output is their manifest, a .json file; the parts lie next to it. Materials of the inputs go with "
+                 "them")
+      ->check(CLI::Range(1u, 65536u))
+      ->type_name("N")
+      ->excludes("--flatten")
+      ->group(kInstanceGroup);
   app.add_option("--shutter", command.shutter,
                  "With --instances: read the animations of glTF files between these times, in seconds (see bvhrender "
                  "--shutter)")
@@ -218,7 +226,7 @@ void add_refit_option(CLI::App& app, BuildCommand& command) {
         "--device",          "--max-leaf",    "--split-budget",   "--presplit-budget", "--reinsertion-rounds",
         "--ploc-radius",     "--no-pairs",    "--stats",          "--instances",       "--flatten",
         "--shutter",         "--motion-keys", "--opening-budget", "--open-largest",    "--levels",
-        "--instance-bounds", "--cache"})
+        "--instance-bounds", "--cache",       "--parts"})
     refit->excludes(app.get_option(name));
 }
 
@@ -227,7 +235,7 @@ void check_farm(const CLI::App& app, const BuildCommand& command) {
   const std::string farm = command.manifest.empty() ? "--prune" : "--manifest";
   if (!command.inputs.empty()) throw CLI::ValidationError(farm + " takes no INPUT: it names the assets itself");
   for (const char* name : {"--output", "--import", "--refit", "--instances", "--flatten", "--shutter", "--levels",
-                           "--opening-budget", "--instance-bounds"})
+                           "--opening-budget", "--instance-bounds", "--parts"})
     if (app.get_option(name)->count() != 0) throw CLI::ValidationError(farm + " excludes " + name);
 }
 
@@ -251,9 +259,11 @@ void check_command(const CLI::App& app, BuildCommand& command) {
     throw CLI::ValidationError("--shutter goes with --instances; scenes of JSON have motions of their own");
   if (command.is_scene()) {
     if (!command.imported.empty()) throw CLI::ValidationError("--import takes meshes, not a scene of instances");
+    if (command.parts != 0 && !has_extension(command.output, ".json"))
+      throw CLI::ValidationError("--parts writes a manifest: --output has to end with .json");
     return;
   }
-  for (const char* name : {"--flatten", "--instance-bounds", "--opening-budget", "--levels"})
+  for (const char* name : {"--flatten", "--instance-bounds", "--opening-budget", "--levels", "--parts"})
     if (app.get_option(name)->count() != 0)
       throw CLI::ValidationError(std::string(name) +
                                  " takes a scene of instances: a .json or .scene file, or --instances");

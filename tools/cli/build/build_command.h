@@ -32,6 +32,7 @@ struct BuildCommand {
   double opening_budget = build::InstanceOptions{}.opening_budget;
   bool open_largest = build::InstanceOptions{}.open_largest;
   unsigned levels = 0;  ///< Levels of instances to keep; 0: all.
+  unsigned parts = 0;   ///< Files to distribute the instances to; 0: one file without a manifest.
   std::string shutter;  ///< Empty: animations are not read.
   unsigned motion_keys = 2;
   std::string cache;     ///< Folder of built files; empty: none.

@@ -28,8 +28,12 @@ bool interrupted_soon() {
 
 }  // namespace
 
-RankWatch::RankWatch(Ranks& ranks, bool lossy, std::function<void(const std::string&)> warn)
-    : ranks_(ranks), lossy_(lossy), warn_(std::move(warn)), gone_(static_cast<std::size_t>(ranks.size())) {}
+RankWatch::RankWatch(Ranks& ranks, bool lossy, std::function<void(const std::string&)> warn, std::string advice)
+    : ranks_(ranks),
+      lossy_(lossy),
+      warn_(std::move(warn)),
+      advice_(std::move(advice)),
+      gone_(static_cast<std::size_t>(ranks.size())) {}
 
 build::Result<void> RankWatch::lose(int rank, const char* reason) {
   gone_[static_cast<std::size_t>(rank)] = 1;
@@ -39,7 +43,7 @@ build::Result<void> RankWatch::lose(int rank, const char* reason) {
     return {};
   }
   if (interrupted_soon()) return {};
-  return fail(build::ErrorCode::kBackend, what + "; with --lossy-ranks the run would go on without it");
+  return fail(build::ErrorCode::kBackend, what + "; " + advice_);
 }
 
 build::Result<std::vector<int>> RankWatch::news() {

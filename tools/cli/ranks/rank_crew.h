@@ -13,19 +13,23 @@ namespace hiprt::tools {
 
 /// Tags of the messages of bvhrender.
 struct RenderTag {
-  static constexpr int kMeans = 1;   ///< To rank 0: RankMeans.
-  static constexpr int kBegin = 2;   ///< From rank 0: RankBegin.
-  static constexpr int kReady = 3;   ///< To rank 0: workers and PictureKey.
-  static constexpr int kJob = 4;     ///< From rank 0: encode(UnitJob).
-  static constexpr int kResult = 5;  ///< To rank 0: encode(UnitResult).
-  static constexpr int kGone = 6;    ///< To rank 0: this rank ends. An error's text, or nothing after a signal.
+  static constexpr int kMeans = 1;     ///< To rank 0: RankMeans.
+  static constexpr int kBegin = 2;     ///< From rank 0: RankBegin.
+  static constexpr int kReady = 3;     ///< To rank 0: workers and PictureKey.
+  static constexpr int kJob = 4;       ///< From rank 0: encode(UnitJob).
+  static constexpr int kResult = 5;    ///< To rank 0: encode(UnitResult).
+  static constexpr int kGone = 6;      ///< To rank 0: this rank ends. An error's text, or nothing after a signal.
+  static constexpr int kQuestion = 7;  ///< Of scenes in parts: encode(PartQuestion), to the rank with the part.
+  static constexpr int kAnswer = 100;  ///< And the answer; the slot that waits for it is added.
 };
 
 /// Notices ranks that are gone. Used by rank 0.
 class RankWatch {
  public:
   /// @param lossy whether the run goes on without lost ranks. @param warn told of each of them then.
-  RankWatch(Ranks& ranks, bool lossy, std::function<void(const std::string&)> warn);
+  /// @param advice what the error of a lost rank says at its end.
+  RankWatch(Ranks& ranks, bool lossy, std::function<void(const std::string&)> warn,
+            std::string advice = "with --lossy-ranks the run would go on without it");
 
   Ranks& ranks() { return ranks_; }
   bool is_gone(int rank) const { return gone_[static_cast<std::size_t>(rank)] != 0; }
@@ -41,6 +45,7 @@ class RankWatch {
   Ranks& ranks_;
   bool lossy_;
   std::function<void(const std::string&)> warn_;
+  std::string advice_;
   std::vector<char> gone_;
 };
 

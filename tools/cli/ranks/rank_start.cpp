@@ -79,8 +79,7 @@ build::Result<RankShare> LeadStart::gather(const RankMeans& own) {
   return shares_[0];
 }
 
-void LeadStart::begin(const BvhFile& file, const Camera& camera, bool broadcasts) {
-  const auto bytes = std::as_const(file.buffer).bytes();
+void LeadStart::begin(std::span<const std::byte> bytes, const Camera& camera, bool broadcasts) {
   const Digest digest = digest_of(bytes);
   for (const int rank : others()) {
     const RankShare& share = shares_[static_cast<std::size_t>(rank)];
@@ -147,6 +146,12 @@ build::Result<RankBegin> FollowStart::begin(const RankMeans& own) {
 }
 
 build::Result<BvhFile> FollowStart::scene(const RankBegin& begin, const std::string& path) {
+  auto buffer = bytes(begin, path);
+  if (!buffer) return tl::unexpected(std::move(buffer.error()));
+  return open_bytes(path, std::move(buffer));
+}
+
+build::Result<build::Buffer> FollowStart::bytes(const RankBegin& begin, const std::string& path) {
   build::Buffer buffer;
   if (begin.broadcast) {
     const auto bytes = shared_bytes();
@@ -162,7 +167,7 @@ build::Result<BvhFile> FollowStart::scene(const RankBegin& begin, const std::str
   if (digest != begin.scene)
     return invalid_input(path + ": the checksum is " + to_text(digest) + ", that of rank 0's file is " +
                          to_text(begin.scene) + "; with --broadcast only rank 0 reads it");
-  return open_bytes(path, std::move(buffer));
+  return buffer;
 }
 
 build::Result<PathData> FollowStart::path_data() {

@@ -11,6 +11,7 @@
 #include <tools/render/units/rank_shares.h>
 
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,8 @@ class LeadStart {
   /// Waits for the means of all ranks.
   /// @return this rank's share; the errors of RankWatch::news(); kCancelled.
   build::Result<RankShare> gather(const RankMeans& own);
-  /// Tells all ranks how to begin. @param file rank 0's.
-  void begin(const BvhFile& file, const Camera& camera, bool broadcasts);
+  /// Tells all ranks how to begin. @param bytes of rank 0's BVH file or manifest.
+  void begin(std::span<const std::byte> bytes, const Camera& camera, bool broadcasts);
   void send(const PathData& data);
   /// Waits until all ranks can compute. @param key of the picture, which must be theirs.
   /// @return workers of every rank, 0 for lost ones; kInvalidInput if a rank would compute another picture.
@@ -58,6 +59,8 @@ class FollowStart {
   build::Result<RankBegin> begin(const RankMeans& own);
   /// @return the file of rank 0: its message, or the mapped file @p path with the same content.
   build::Result<BvhFile> scene(const RankBegin& begin, const std::string& path);
+  /// The same for a file that is not a BVH file.
+  build::Result<build::Buffer> bytes(const RankBegin& begin, const std::string& path);
   build::Result<PathData> path_data();
   void ready(const PictureKey& key, unsigned workers);
 

@@ -16,16 +16,15 @@ void add_resume_options(CLI::App& app, ResumeOptions& resume, const std::string&
 }
 
 void add_rank_options(CLI::App& app, RankFlags& ranks) {
-  constexpr const char* kGroup = "Several processes (mpirun)";
   app.add_flag("--broadcast", ranks.broadcast,
                "Only rank 0 reads the BVH file and sends it to the others, which need no disk with it")
       ->disable_flag_override()
-      ->group(kGroup);
+      ->group(kRanksGroup);
   app.add_flag("--lossy-ranks", ranks.lossy,
                "Go on when a rank is lost: its work is dealt again, and the results are the same. Start mpirun with "
                "--enable-recovery then. Default: the run ends")
       ->disable_flag_override()
-      ->group(kGroup);
+      ->group(kRanksGroup);
 }
 
 std::string resume_hint(const ResumeOptions& resume) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Options of long work: in several runs, and in several processes.
 
+#include <cstdint>
 #include <string>
 
 namespace CLI {
@@ -8,6 +9,9 @@ class App;
 }  // namespace CLI
 
 namespace hiprt::tools {
+
+/// Their group in --help.
+inline constexpr const char* kRanksGroup = "Several processes (mpirun)";
 
 /// Options of work that is done in several runs.
 struct ResumeOptions {
@@ -17,8 +21,9 @@ struct ResumeOptions {
 
 /// Options of runs of several processes.
 struct RankFlags {
-  bool lossy = false;      ///< Go on without ranks that were lost.
-  bool broadcast = false;  ///< Only rank 0 reads the BVH file.
+  bool lossy = false;                                   ///< Go on without ranks that were lost.
+  bool broadcast = false;                               ///< Only rank 0 reads the BVH file.
+  std::uint64_t ray_memory = std::uint64_t{256} << 20;  ///< Of scenes in parts: bytes of the rays of a rank.
 };
 
 /// Adds --resume and --resume-every. @param text what --resume does.

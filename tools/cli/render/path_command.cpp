@@ -1,5 +1,6 @@
 #include <tools/cli/render/path_command.h>
 
+#include <tools/base/errors.h>
 #include <tools/base/output_file.h>
 #include <tools/cli/progress.h>
 #include <tools/render/image/image_read.h>
@@ -76,15 +77,7 @@ build::Result<void> PathCommand::prepare(const BufferView& bvh, const Camera& ca
     if (auto checked = check_output(output, inputs); !checked) return checked;
   PathSky sky;
   std::vector<Vec3> behind;
-  if (environment_.empty()) {
-    const Studio studio(camera);
-    sky = make_sky([&](const Vec3& direction) { return studio.sky(direction); }, kStudioSky);
-    behind = backdrop(options.height);
-  } else {
-    const auto picture = read_exr_colors(environment_);
-    if (!picture) return tl::unexpected(picture.error());
-    sky = make_sky(picture->colors, picture->width, picture->height);
-  }
+  if (auto read = read_sky(camera, options, sky, behind); !read) return read;
   std::optional<SceneSurfaces> surfaces;
   if (!materials_.empty()) {
     auto loaded = load_surfaces(materials_, bvh, outputs.front());
@@ -97,6 +90,37 @@ build::Result<void> PathCommand::prepare(const BufferView& bvh, const Camera& ca
                              0.5f * shutter.open + 0.5f * shutter.close);
   if (!data) return tl::unexpected(std::move(data.error()));
   data_ = std::move(*data);
+  return {};
+}
+
+build::Result<void> PathCommand::read_sky(const Camera& camera, const RenderOptions& options, PathSky& sky,
+                                          std::vector<Vec3>& behind) const {
+  if (environment_.empty()) {
+    const Studio studio(camera);
+    sky = make_sky([&](const Vec3& direction) { return studio.sky(direction); }, kStudioSky);
+    behind = backdrop(options.height);
+    return {};
+  }
+  const auto picture = read_exr_colors(environment_);
+  if (!picture) return tl::unexpected(picture.error());
+  sky = make_sky(picture->colors, picture->width, picture->height);
+  return {};
+}
+
+build::Result<void> PathCommand::prepare_sky(const Camera& camera, const RenderOptions& options,
+                                             const std::vector<std::string>& outputs) {
+  if (!materials_.empty())
+    return invalid_input("--materials: a scene in parts has the materials that bvhbuild --parts found");
+  if (!environment_.empty())
+    for (const std::string& output : outputs)
+      if (auto checked = check_output(output, std::span(&environment_, 1)); !checked) return checked;
+  PathSky sky;
+  PathData data;
+  if (auto read = read_sky(camera, options, sky, data.backdrop); !read) return read;
+  data.sky = std::move(sky.radiance);
+  data.sky_rows = std::move(sky.rows);
+  data.sky_columns = std::move(sky.columns);
+  data_ = std::move(data);
   return {};
 }
 

@@ -38,6 +38,11 @@ class PathCommand {
                               const std::vector<std::string>& outputs,
                               const std::function<void(const std::string&)>& warn);
 
+  /// The same for a scene in parts, which has its materials: only the sky.
+  /// @return kInvalidInput if --materials was given; the errors of read_exr_colors().
+  build::Result<void> prepare_sky(const Camera& camera, const RenderOptions& options,
+                                  const std::vector<std::string>& outputs);
+
   const PathData& data() const { return *data_; }
   /// Takes what prepare() of another rank has read.
   void set_data(PathData data) { data_ = std::move(data); }
@@ -59,6 +64,9 @@ class PathCommand {
   static void take(const PathPicture& picture, bool on_gpu, Rendering& rendering);
 
  private:
+  build::Result<void> read_sky(const Camera& camera, const RenderOptions& options, PathSky& sky,
+                               std::vector<Vec3>& behind) const;
+
   std::string integrator_, environment_;
   std::vector<std::string> materials_;
   std::uint32_t bounces_ = 8;

@@ -1,5 +1,6 @@
 #include <tools/cli/render/picture_options.h>
 
+#include <tools/base/text.h>
 #include <tools/render/image/image.h>
 
 #include <cctype>
@@ -18,12 +19,6 @@ std::optional<PictureSize> parse_size(std::string_view text) {
   if (size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide) return std::nullopt;
   if (std::uint64_t{size.width} * size.height > kMaxPixels) return std::nullopt;
   return size;
-}
-
-bool has_extension(const std::string& path, std::string_view extension) {
-  std::string found = std::filesystem::path(path).extension().string();
-  for (char& c : found) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return found == extension;
 }
 
 bool is_exr(const std::string& path) { return has_extension(path, ".exr"); }

@@ -15,8 +15,6 @@ struct PictureSize {
 /// "800x600"; nothing when it is malformed or too large.
 std::optional<PictureSize> parse_size(std::string_view text);
 
-/// Whether a name ends in an extension such as ".png", in any case. @param extension in lower case.
-bool has_extension(const std::string& path, std::string_view extension);
 /// Whether the name of a picture ends in .exr, in any case.
 bool is_exr(const std::string& path);
 

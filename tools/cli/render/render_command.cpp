@@ -139,6 +139,12 @@ void add_render_options(CLI::App& app, RenderCommand& command) {
                      "Keep finished parts of the picture in this file, and go on from them if it exists. The file is "
                      "removed when the picture is written. The picture is the same");
   add_rank_options(app, command.ranks);
+  app.add_option("--ray-memory", command.ranks.ray_memory,
+                 "Scenes in parts: memory of each process for rays and their messages, for example 64M or 1G")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
+      ->type_name("SIZE")
+      ->default_str("256M")
+      ->group(kRanksGroup);
   add_device_option(app, command.device);
   add_threads_option(app, command.render.threads);
   add_memory_option(app, command.max_memory);

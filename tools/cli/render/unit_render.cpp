@@ -44,10 +44,10 @@ void count(const PictureState& state, Rendering& rendering) {
 /// A path-traced picture. This process computes its layers beside the units.
 class LayeredPaths {
  public:
-  LayeredPaths(const RenderCommand& command, const PictureParts& parts, const Camera& camera)
-      : parts_(parts), coming_(std::async(std::launch::async, [&command, scene = parts.scene(), camera] {
-          return command.paths.layers(scene, camera, command.render, {});
-        })) {}
+  LayeredPaths(const RenderCommand& command, PictureEngine& engine)
+      : samples_(command.render.samples),
+        threads_(engine.work().workers()),
+        coming_(std::async(std::launch::async, [&engine] { return engine.layers(); })) {}
 
   /// Whether picture() does not wait.
   bool ready() const {
@@ -61,20 +61,21 @@ class LayeredPaths {
       if (!image) return tl::unexpected(std::move(image.error()));
       rendering_.emplace(Rendering{std::move(*image), {}, 0, 0.0, 0, 0.0});
     }
-    PathCommand::take(parts_.paths(state), false, *rendering_);
+    PathCommand::take(picture_of(state.pixels, samples_, threads_), false, *rendering_);
     count(state, *rendering_);
     return &*rendering_;
   }
 
  private:
-  const PictureParts& parts_;
+  std::uint32_t samples_;
+  unsigned threads_;
   std::future<build::Result<Image>> coming_;
   std::optional<Rendering> rendering_;
 };
 
-build::Result<Rendering> render_paths(const RenderCommand& command, PictureParts& parts, const Camera& camera,
-                                      const UnitRun& run, PictureState& state, PictureHooks hooks) {
-  LayeredPaths paths(command, parts, camera);
+build::Result<Rendering> render_paths(const RenderCommand& command, PictureEngine& engine, const UnitRun& run,
+                                      PictureState& state, PictureHooks hooks) {
+  LayeredPaths paths(command, engine);
   double next = 1.0;
   const auto keep = [&] {
     if (state.seconds < next || !paths.ready()) return;
@@ -82,7 +83,7 @@ build::Result<Rendering> render_paths(const RenderCommand& command, PictureParts
     if (const auto picture = paths.picture(state); picture && (*picture)->samples != 0) run.keep(**picture);
   };
   if (run.keep) hooks.step = keep;
-  const auto whole = compute(parts.work(), state, run.crew, run.checkpoint, hooks);
+  const auto whole = compute(engine.work(), state, run.crew, run.checkpoint, hooks);
   if (!whole) return tl::unexpected(whole.error());
   const auto picture = paths.picture(state);
   if (!picture) return tl::unexpected(picture.error());
@@ -90,53 +91,50 @@ build::Result<Rendering> render_paths(const RenderCommand& command, PictureParts
   return **picture;
 }
 
-build::Result<Rendering> render_studio(PictureParts& parts, const UnitRun& run, PictureState& state,
+build::Result<Rendering> render_studio(PictureEngine& engine, const UnitRun& run, PictureState& state,
                                        const PictureHooks& hooks) {
-  const auto whole = compute(parts.work(), state, run.crew, run.checkpoint, hooks);
+  const auto whole = compute(engine.work(), state, run.crew, run.checkpoint, hooks);
   if (!whole) return tl::unexpected(whole.error());
   if (!*whole) return tl::unexpected(cancelled_error(run));
-  Rendering rendering = static_cast<const StudioWork&>(parts.work()).picture(state.pixels);
+  Rendering rendering = static_cast<const StudioWork&>(engine.work()).picture(state.pixels);
   count(state, rendering);
   return rendering;
 }
 
 }  // namespace
 
-build::Result<std::unique_ptr<PictureParts>> PictureParts::make(const RenderCommand& command, const BufferView& view,
-                                                                const Camera& camera, GpuTracer* gpu) {
-  std::unique_ptr<PictureParts> parts(new PictureParts);
-  parts->scene_ = is_path(command) && gpu == nullptr ? parts->host_.scene(view) : make_scene_view(view);
+build::Result<std::unique_ptr<SceneEngine>> SceneEngine::make(const RenderCommand& command, const BufferView& view,
+                                                              const Camera& camera, GpuTracer* gpu) {
+  std::unique_ptr<SceneEngine> engine(new SceneEngine(command, camera));
+  engine->scene_ = is_path(command) && gpu == nullptr ? engine->host_.scene(view) : make_scene_view(view);
   if (!is_path(command)) {
-    parts->work_ = std::make_unique<StudioWork>(parts->scene_, camera, command.render, gpu);
-    return parts;
+    engine->work_ = std::make_unique<StudioWork>(engine->scene_, camera, command.render, gpu);
+    return engine;
   }
   const PathOptions options = command.paths.options(command.render);
   const PathData& data = command.paths.data();
   if (gpu != nullptr) {
     auto made = GpuPathTracer::make(*gpu, data, settings_of(options, camera));
     if (!made) return tl::unexpected(std::move(made.error()));
-    parts->on_gpu_ = std::move(*made);
+    engine->on_gpu_ = std::move(*made);
   }
-  parts->work_ =
-      std::make_unique<PathWork>(parts->scene_, data, camera, options, parts->on_gpu_ ? &*parts->on_gpu_ : nullptr);
-  return parts;
+  engine->work_ =
+      std::make_unique<PathWork>(engine->scene_, data, camera, options, engine->on_gpu_ ? &*engine->on_gpu_ : nullptr);
+  return engine;
 }
 
-PathPicture PictureParts::paths(const PictureState& state) const {
-  return static_cast<const PathWork&>(*work_).picture(state.pixels);
-}
+build::Result<Image> SceneEngine::layers() { return command_.paths.layers(scene_, camera_, command_.render, {}); }
 
-build::Result<Rendering> render_units(const RenderCommand& command, PictureParts& parts, const Camera& camera,
-                                      const UnitRun& run) {
-  auto state = first_state(command, parts.work(), run);
+build::Result<Rendering> render_units(const RenderCommand& command, PictureEngine& engine, const UnitRun& run) {
+  auto state = first_state(command, engine.work(), run);
   if (!state) return tl::unexpected(std::move(state.error()));
   PictureHooks hooks;
   hooks.fraction = run.progress;
   hooks.checkpoint_fault = [&](const build::Error& error) {
     if (run.warn) run.warn("the checkpoint is not kept: " + error.message);
   };
-  auto rendering = is_path(command) ? render_paths(command, parts, camera, run, *state, hooks)
-                                    : render_studio(parts, run, *state, hooks);
+  auto rendering =
+      is_path(command) ? render_paths(command, engine, run, *state, hooks) : render_studio(engine, run, *state, hooks);
   if (!rendering && rendering.error().code == build::ErrorCode::kBackend)
     rendering.error().message += resume_hint(command.resume);
   return rendering;

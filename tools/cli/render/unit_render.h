@@ -15,22 +15,34 @@
 namespace hiprt::tools {
 
 /// What computes the units of a picture in this process.
-class PictureParts {
+class PictureEngine {
+ public:
+  PictureEngine() = default;
+  PictureEngine(const PictureEngine&) = delete;
+  PictureEngine& operator=(const PictureEngine&) = delete;
+  virtual ~PictureEngine() = default;
+
+  virtual PictureWork& work() = 0;
+  /// With --integrator path: the picture with all layers but the colours. May run beside work().
+  virtual build::Result<Image> layers() = 0;
+};
+
+/// Of a scene that this process has as a whole.
+class SceneEngine : public PictureEngine {
  public:
   /// @param command prepared; it, @p view and @p gpu must live as long as this. @param gpu nullptr: the CPU traces.
   /// @return the errors of GpuPathTracer::make().
-  static build::Result<std::unique_ptr<PictureParts>> make(const RenderCommand& command, const BufferView& view,
-                                                           const Camera& camera, GpuTracer* gpu);
+  static build::Result<std::unique_ptr<SceneEngine>> make(const RenderCommand& command, const BufferView& view,
+                                                          const Camera& camera, GpuTracer* gpu);
 
-  PictureWork& work() { return *work_; }
-  const SceneView& scene() const { return scene_; }
-
-  /// With --integrator path: the sums of the samples so far.
-  PathPicture paths(const PictureState& state) const;
+  PictureWork& work() override { return *work_; }
+  build::Result<Image> layers() override;
 
  private:
-  PictureParts() = default;
+  SceneEngine(const RenderCommand& command, const Camera& camera) : command_(command), camera_(camera) {}
 
+  const RenderCommand& command_;
+  Camera camera_;
   HostPart host_;
   SceneView scene_{};
   std::optional<GpuPathTracer> on_gpu_;
@@ -49,7 +61,6 @@ struct UnitRun {
 
 /// @return the picture, as render() and PathCommand::render() make it. After an interruption paths have fewer samples;
 /// other modes return kCancelled, and so do paths without a sample of every pixel.
-build::Result<Rendering> render_units(const RenderCommand& command, PictureParts& parts, const Camera& camera,
-                                      const UnitRun& run);
+build::Result<Rendering> render_units(const RenderCommand& command, PictureEngine& engine, const UnitRun& run);
 
 }  // namespace hiprt::tools

@@ -50,6 +50,7 @@ struct Image {
 
   std::uint32_t width, height;
   bool has_instances = false;         ///< Of a scene of instances.
+  bool has_costs = true;              ///< Whether the tests of the centre's ray were counted.
   std::vector<Pixel> pixels;          ///< Row by row, the top row first.
   std::vector<ShadingPixel> shading;  ///< The same of a path tracer; else empty.
 };

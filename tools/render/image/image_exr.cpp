@@ -14,6 +14,7 @@
 #include <array>
 #include <cstring>
 #include <span>
+#include <string_view>
 
 namespace hiprt::tools {
 namespace {
@@ -44,6 +45,8 @@ struct Channel {
   Imf::PixelType type;
   std::size_t offset;         ///< In Pixel.
   bool of_instances = false;  ///< Written of scenes of instances only.
+
+  bool is_cost() const { return std::string_view(name).starts_with("cost."); }
 };
 
 constexpr std::size_t axis(std::size_t i) { return i * sizeof(float); }
@@ -103,7 +106,8 @@ bool encode(MemoryStream& stream, const Image& image, const ImageAttributes& att
                  Imf::Slice(channel.type, base + channel.offset, sizeof(Element), sizeof(Element) * image.width));
   };
   for (const Channel& channel : kChannels)
-    if (image.has_instances || !channel.of_instances) add(channel, image.pixels);
+    if ((image.has_instances || !channel.of_instances) && (image.has_costs || !channel.is_cost()))
+      add(channel, image.pixels);
   if (!image.shading.empty())
     for (const Channel& channel : kShadingChannels) add(channel, image.shading);
   Imf::OutputFile file(stream, header, /*numThreads=*/0);

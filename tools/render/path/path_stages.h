@@ -113,11 +113,22 @@ struct BeginPaths : path_detail::Step {
   }
 };
 
+/// The surfaces of hits in the scene of the job.
+struct OwnSurfaces {
+  /// @param scene of the job. @param path of the hit.
+  HIPRT_HD static PathSurface at(std::uint32_t, const PathScene& scene, const Ray& ray, const Hit& hit,
+                                 const InstancePath<kTraceLevels>& path) {
+    return surface_at(scene, ray, hit, path);
+  }
+};
+
 /// Light that ray i has met, a ray towards a light, and the path's next ray. Both ways to the same light are weighed by
 /// the power heuristic (Veach 1997).
-struct ShadePaths : path_detail::Step {
+/// @tparam Surfaces what knows the surface of hit i. A surface that emits must be in the scene of the job.
+template <class Surfaces> struct Shade : path_detail::Step {
   static constexpr PathStage kStage = PathStage::kShade;
-  using Step::Step;
+
+  HIPRT_HD explicit Shade(const PathJob& job, const Surfaces& surfaces = {}) : Step(job), surfaces_(surfaces) {}
 
   HIPRT_HD void operator()(std::uint32_t i) const {
     const std::uint32_t path = queues.path[i];
@@ -133,7 +144,7 @@ struct ShadePaths : path_detail::Step {
       if (instance == kInvalidId) break;
       instance_path.instance[instance_path.depth++] = instance;
     }
-    const PathSurface surface = surface_at(scene, ray, hit, instance_path);
+    const PathSurface surface = surfaces_.at(i, scene, ray, hit, instance_path);
     if (max_component(surface.emission) > 0.0f) {
       const float weight =
           state.density > 0.0f ? weigh(state.density, lights.density(surface, instance_path, ray, hit.t)) : 1.0f;
@@ -218,7 +229,10 @@ struct ShadePaths : path_detail::Step {
     queues.shadow_path[to] = path;
     queues.shadow_light[to] = arriving;
   }
+
+  Surfaces surfaces_;
 };
+using ShadePaths = Shade<OwnSurfaces>;
 
 /// Adds the light of shadow ray i if the ray has no hit.
 struct AddLight : path_detail::Step {

@@ -6,6 +6,7 @@
 #include <tools/render/path/cpu_path_engine.h>
 #include <tools/render/path/gpu_path_tracer.h>
 #include <tools/render/path/path_tile.h>
+#include <tools/render/studio/render_tile.h>
 
 #include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/format/out_of_memory.h>
@@ -129,7 +130,8 @@ build::Result<void> store_surfaces(const SceneView& scene, const PathData& data,
                                    const PathOptions& options, Image& image) {
   const ThreadLimit limit(options.threads);
   const PathScene paths{scene, views(data), settings_of(options, camera)};
-  const CpuPathEngine engine(paths, has_alpha_cutout(data));
+  const bool alpha_cutout = has_alpha_cutout(data);
+  const CpuPathEngine engine(paths, alpha_cutout);
   image.shading.resize(image.pixels.size());
   const auto take_rows = [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(options.width);
@@ -142,10 +144,17 @@ build::Result<void> store_surfaces(const SceneView& scene, const PathData& data,
       }
       static_cast<void>(engine.trace(Query::kClosest, rays.data(), options.width, hits.data(), instance_paths.data()));
       for (std::uint32_t x = 0; x < options.width; ++x) {
-        if (!hits[x].found()) continue;
+        if (!hits[x].found()) {
+          if (alpha_cutout) clear_centre_hit(image.pixels[y * options.width + x]);
+          continue;
+        }
         const auto instance_path =
             load_path(std::span(instance_paths).subspan(std::size_t{x} * scene.levels, scene.levels));
         const PathSurface surface = surface_at(paths, rays[x], hits[x], instance_path);
+        // The picture's other layers are of rays that stop at parts of triangles that are cut out.
+        if (alpha_cutout)
+          store_centre_hit(rays[x], hits[x], instance_path.depth == 0 ? kInvalidId : instance_path.instance[0],
+                           image.pixels[y * options.width + x]);
         ShadingPixel& pixel = image.shading[y * options.width + x];
         pixel.albedo = surface.base_color;
         pixel.normal = surface.normal;

@@ -49,7 +49,8 @@ build::Result<PathPicture> trace_paths(const SceneView& scene, const PathData& d
 /// Writes the mean and the variance of the samples into the pixels.
 void store(const PathPicture& picture, Image& image);
 
-/// Writes the surfaces that the rays through the pixels' centres hit: albedo, normal, texture coordinates.
+/// Writes the surfaces that the rays through the pixels' centres hit: albedo, normal, texture coordinates. Where
+/// materials cut out parts of triangles, it writes all layers of the hits again except costs.
 /// @return kCancelled when interrupted() became true.
 build::Result<void> store_surfaces(const SceneView& scene, const PathData& data, const Camera& camera,
                                    const PathOptions& options, Image& image);

@@ -44,6 +44,21 @@ struct RayCounts {
   std::uint64_t primary = 0, shadow = 0;
   std::uint64_t on_gpu = 0;     ///< Rays of all kinds that the GPU traced.
   std::uint64_t secondary = 0;  ///< Rays of paths after their first surface.
+  // Of scenes in parts:
+  std::uint64_t sent = 0;      ///< Visits of rays to parts of other processes.
+  std::uint64_t messages = 0;  ///< With such rays, and with the answers.
+  std::uint64_t bytes = 0;     ///< Of these messages.
+
+  RayCounts& operator+=(const RayCounts& other) {
+    primary += other.primary;
+    shadow += other.shadow;
+    on_gpu += other.on_gpu;
+    secondary += other.secondary;
+    sent += other.sent;
+    messages += other.messages;
+    bytes += other.bytes;
+    return *this;
+  }
 };
 
 struct Rendering {

@@ -40,6 +40,25 @@ Vec3 color_of(std::size_t number) {
 
 }  // namespace
 
+void store_centre_hit(const Ray& ray, const Hit& hit, std::uint32_t instance, Pixel& pixel) {
+  pixel.normal = facing_normal(ray, hit);
+  pixel.position = ray.origin + ray.direction * hit.t;
+  pixel.depth = hit.t;
+  pixel.geometry = hit.geometry;
+  pixel.primitive = hit.primitive;
+  pixel.instance = instance;
+}
+
+void clear_centre_hit(Pixel& pixel) {
+  constexpr Pixel kMiss{};
+  pixel.normal = kMiss.normal;
+  pixel.position = kMiss.position;
+  pixel.depth = kMiss.depth;
+  pixel.geometry = kMiss.geometry;
+  pixel.primitive = kMiss.primitive;
+  pixel.instance = kMiss.instance;
+}
+
 TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, const TilePixels& pixels)
     : job_(job), tile_(tile), width_(tile.right - tile.left), pixels_(pixels) {
   const std::size_t count = std::size_t{width_} * (tile.bottom - tile.top);
@@ -143,14 +162,9 @@ void TileRenderer::store_layers() {
       pixel.leaf_fill = static_cast<float>(cost.triangle_tests) / (2.0f * static_cast<float>(cost.leaf_tests));
     const Hit& hit = hits_[i];
     if (!hit.found()) continue;
-    pixel.normal = facing_normal(rays_[i], hit);
-    pixel.position = rays_[i].origin + rays_[i].direction * hit.t;
-    pixel.depth = hit.t;
-    pixel.geometry = hit.geometry;
-    pixel.primitive = hit.primitive;
+    store_centre_hit(rays_[i], hit, paths_.empty() ? kInvalidId : paths_[i * job_.scene.levels], pixel);
     if (job_.options.boxes != nullptr)
       pixel.primitive = static_cast<std::uint32_t>(TreeBoxes::box_of_triangle(hit.primitive));
-    if (!paths_.empty()) pixel.instance = paths_[i * job_.scene.levels];
   }
 }
 

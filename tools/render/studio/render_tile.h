@@ -49,6 +49,12 @@ struct TileRays {
   std::span<std::uint32_t> paths;  ///< Empty unless costs are requested.
 };
 
+/// Fills the layers of a pixel that belong to the ray through its centre, without costs.
+/// @param hit found. @param instance the outermost of its path; kInvalidId: none.
+void store_centre_hit(const Ray& ray, const Hit& hit, std::uint32_t instance, Pixel& pixel);
+/// The same for a ray without a hit.
+void clear_centre_hit(Pixel& pixel);
+
 /// A pass is: make_rays(), trace primary(), shade(), trace shadows(), add_shadows(). finish() follows the last pass.
 /// Tiles are independent: they may take the steps together or one tile after the other.
 class TileRenderer {

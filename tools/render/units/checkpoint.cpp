@@ -31,6 +31,7 @@ json header_of(const PictureKey& key, const PictureState& state) {
           {"tile", state.grid.tile},
           {"pixel_bytes", state.pixel_bytes},
           {"rays", {state.rays.primary, state.rays.secondary, state.rays.shadow, state.rays.on_gpu}},
+          {"exchange", {state.rays.sent, state.rays.messages, state.rays.bytes}},
           {"seconds", state.seconds}};
 }
 
@@ -69,6 +70,10 @@ build::Result<PictureState> read_state(const json& header, ByteReader& reader, c
   state.rays.secondary = rays[1];
   state.rays.shadow = rays[2];
   state.rays.on_gpu = rays[3];
+  const auto exchange = header.at("exchange").get<std::array<std::uint64_t, 3>>();
+  state.rays.sent = exchange[0];
+  state.rays.messages = exchange[1];
+  state.rays.bytes = exchange[2];
   state.seconds = header.at("seconds");
   if (auto read = read_tiles(reader, steps, state); !read) return tl::unexpected(std::move(read.error()));
   return state;

@@ -54,13 +54,13 @@ build::Result<RayCounts> PathWork::run(const PictureUnit& unit, std::span<std::b
   return RayCounts{rays.camera, rays.shadow, gpu_ != nullptr ? total : 0, rays.secondary};
 }
 
-PathPicture PathWork::picture(std::span<const std::byte> states) const {
+PathPicture picture_of(std::span<const std::byte> states, std::uint32_t samples, unsigned threads) {
   PathPicture picture;
   picture.sums.resize(states.size() / sizeof(PathSum));
   std::memcpy(picture.sums.data(), states.data(), states.size());
-  picture.samples = samples_;
+  picture.samples = samples;
   for (const PathSum& sum : picture.sums) picture.samples = std::min(picture.samples, sum.samples);
-  picture.threads = threads_;
+  picture.threads = threads;
   return picture;
 }
 

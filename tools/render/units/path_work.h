@@ -18,9 +18,6 @@ class PathWork : public PictureWork {
   build::Result<void> enter() override;
   build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) override;
 
-  /// @param states of all pixels, row by row; a pixel without a step is zero. @return the sums, without rays and times.
-  PathPicture picture(std::span<const std::byte> states) const;
-
  private:
   PathScene scene_;
   bool alpha_cutout_;
@@ -28,5 +25,9 @@ class PathWork : public PictureWork {
   std::uint32_t samples_;
   unsigned threads_;
 };
+
+/// @param states of all pixels of a path-traced picture, row by row; a pixel without a step is zero.
+/// @param samples of a whole picture. @return the sums, without rays and times.
+PathPicture picture_of(std::span<const std::byte> states, std::uint32_t samples, unsigned threads);
 
 }  // namespace hiprt::tools

@@ -64,10 +64,7 @@ class PictureRun {
     if (!dealer_.take(rank, unit, result.seconds)) return {};
     state_.paste(unit, result.job.state);
     state_.advance(unit);
-    state_.rays.primary += result.rays.primary;
-    state_.rays.secondary += result.rays.secondary;
-    state_.rays.shadow += result.rays.shadow;
-    state_.rays.on_gpu += result.rays.on_gpu;
+    state_.rays += result.rays;
     return {};
   }
 

@@ -16,6 +16,7 @@ UnitPool::UnitPool(PictureWork& work) : work_(work) {
 }
 
 UnitPool::~UnitPool() {
+  work_.stop();
   const std::lock_guard lock(mutex_);
   stop_ = true;
   changed_.notify_all();

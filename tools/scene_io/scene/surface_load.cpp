@@ -32,7 +32,6 @@ struct Reading {
   MaterialLibrary library;
   std::optional<std::uint32_t> clay;               ///< Its number in the library.
   std::vector<std::vector<NamedSurface>> objects;  ///< Without groups.
-  std::size_t groups = 0;                          ///< Number of objects that are groups: the last ones.
 };
 
 std::uint32_t clay_of(Reading& reading) {
@@ -67,9 +66,38 @@ GeometrySurface surface_of(Mesh& mesh, Reading& reading) {
   return result;
 }
 
+/// What the surfaces must fit: a BVH file, or the files of a scene's objects.
+class BuiltScene {
+ public:
+  explicit BuiltScene(const BufferView& file) : file_(&file) {
+    // Merged levels leave fewer groups than the inputs have, so groups do not count.
+    for (const ObjectRecord& object : file.objects) {
+      const auto view = open_buffer(file.object_file(object));
+      if (!view || !view->has_instances()) ++objects_;
+    }
+    groups_ = file.objects.size() - objects_;
+  }
+  explicit BuiltScene(std::span<const build::Buffer> files) : files_(files), objects_(files.size()) {}
+
+  bool has_instances() const { return file_ == nullptr || file_->has_instances(); }
+  /// Objects with geometries, and behind them groups of instances.
+  std::size_t objects() const { return objects_; }
+  std::size_t groups() const { return groups_; }
+  tl::expected<BufferView, FormatIssue> object(std::size_t i) const {
+    return open_buffer(file_ != nullptr ? file_->object_file(file_->objects[i]) : files_[i].bytes());
+  }
+  /// @pre not has_instances()
+  const BufferView& file() const { return *file_; }
+
+ private:
+  const BufferView* file_ = nullptr;
+  std::span<const build::Buffer> files_{};
+  std::size_t objects_ = 0, groups_ = 0;
+};
+
 class SurfaceReader {
  public:
-  SurfaceReader(std::span<const std::string> inputs, const BufferView& bvh, const std::string& output)
+  SurfaceReader(std::span<const std::string> inputs, const BuiltScene& bvh, const std::string& output)
       : inputs_(inputs), bvh_(bvh), output_(output) {}
 
   build::Result<Reading> read() {
@@ -160,7 +188,6 @@ class SurfaceReader {
       for (const std::size_t mesh : object.meshes) geometries.push_back({scene->meshes[mesh].name, surfaces[mesh]});
       for (const std::size_t set : object.shapes) geometries.push_back(surface_of(scene->shapes[set], result));
     }
-    result.groups = scene->groups.size() - 1;
     return checked(std::move(result));
   }
 
@@ -206,15 +233,15 @@ class SurfaceReader {
   /// Checks that objects, geometries and primitives have the same numbers as in the BVH.
   build::Result<Reading> checked(Reading reading) const {
     if (!bvh_.has_instances()) {
-      if (auto fits = check_geometries("", reading.objects[0], bvh_); !fits) return tl::unexpected(fits.error());
+      if (auto fits = check_geometries("", reading.objects[0], bvh_.file()); !fits) return tl::unexpected(fits.error());
       return reading;
     }
-    const std::size_t objects = reading.objects.size() + reading.groups;
-    if (objects != bvh_.objects.size())
+    const std::size_t objects = reading.objects.size();
+    if (objects != bvh_.objects())
       return invalid_input(inputs_[0] + (inputs_.size() > 1 ? " and the other files make " : " makes ") +
-                           std::to_string(objects) + " objects, the BVH has " + std::to_string(bvh_.objects.size()));
+                           std::to_string(objects) + " objects, the BVH has " + std::to_string(bvh_.objects()));
     for (std::size_t i = 0; i < reading.objects.size(); ++i) {
-      const auto object = open_buffer(bvh_.object_file(bvh_.objects[i]));
+      const auto object = bvh_.object(i);
       if (!object) return invalid_input("object " + std::to_string(i) + " of the BVH: " + to_string(object.error()));
       const std::string location = "object " + std::to_string(i) + ", ";
       if (auto fits = check_geometries(location, reading.objects[i], *object); !fits)
@@ -245,33 +272,43 @@ class SurfaceReader {
   }
 
   std::span<const std::string> inputs_;
-  const BufferView& bvh_;
+  const BuiltScene& bvh_;
   const std::string& output_;
 };
 
-/// The surfaces without their names.
-SceneSurfaces result_of(Reading reading) {
+/// The surfaces without their names. @param groups of the BVH, which have none.
+SceneSurfaces result_of(Reading reading, std::size_t groups) {
   SceneSurfaces result{
       std::move(reading.library.textures), std::move(reading.library.materials), {}, std::move(reading.warnings)};
   for (auto& object : reading.objects) {
     auto& geometries = result.objects.emplace_back();
     for (NamedSurface& named : object) geometries.push_back(std::move(named.surface));
   }
-  result.objects.resize(result.objects.size() + reading.groups);
+  result.objects.resize(result.objects.size() + groups);
   return result;
+}
+
+build::Result<SceneSurfaces> load(std::span<const std::string> inputs, const BuiltScene& bvh,
+                                  const std::string& output) {
+  try {
+    auto reading = SurfaceReader(inputs, bvh, output).read();
+    if (!reading) return tl::unexpected(std::move(reading.error()));
+    return result_of(std::move(*reading), bvh.groups());
+  } catch (const std::bad_alloc& failure) {
+    return tl::unexpected(not_enough_memory(inputs[0], "to read it", failure));
+  }
 }
 
 }  // namespace
 
 build::Result<SceneSurfaces> load_surfaces(std::span<const std::string> inputs, const BufferView& bvh,
                                            const std::string& output) {
-  try {
-    auto reading = SurfaceReader(inputs, bvh, output).read();
-    if (!reading) return tl::unexpected(std::move(reading.error()));
-    return result_of(std::move(*reading));
-  } catch (const std::bad_alloc& failure) {
-    return tl::unexpected(not_enough_memory(inputs[0], "to read it", failure));
-  }
+  return load(inputs, BuiltScene(bvh), output);
+}
+
+build::Result<SceneSurfaces> load_surfaces(std::span<const std::string> inputs, std::span<const build::Buffer> objects,
+                                           const std::string& output) {
+  return load(inputs, BuiltScene(objects), output);
 }
 
 }  // namespace hiprt::tools

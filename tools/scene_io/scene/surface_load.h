@@ -3,6 +3,7 @@
 
 #include <tools/scene_io/surface/surface.h>
 
+#include <hiprt_build/buffer.h>
 #include <hiprt_build/error.h>
 #include <hiprt_build/format/view.h>
 
@@ -28,6 +29,10 @@ namespace hiprt::tools {
 /// triangles". kInvalidInput also if their content is wrong, with file, material and location. Else kIo, kTooLarge
 /// (limits in picture.h and material_library.h), kOutOfMemory or kCancelled.
 build::Result<SceneSurfaces> load_surfaces(std::span<const std::string> inputs, const BufferView& bvh,
+                                           const std::string& output = {});
+
+/// The same for the BVH files of a scene's objects, without trees over instances.
+build::Result<SceneSurfaces> load_surfaces(std::span<const std::string> inputs, std::span<const build::Buffer> objects,
                                            const std::string& output = {});
 
 }  // namespace hiprt::tools

@@ -1,0 +1,34 @@
+#pragma once
+/// Builds a scene in parts: a manifest and, next to it, the files of each part.
+
+#include <tools/build/build_scene.h>
+#include <tools/parts/part_manifest.h>
+#include <tools/scene_io/surface/surface.h>
+
+#include <functional>
+#include <span>
+#include <string>
+
+namespace hiprt::tools {
+
+struct PartsOptions {
+  std::size_t parts = 2;
+  std::string output;  ///< The manifest. Of "city.json" the files of part 3 are "city.3.bvh" and "city.3.data".
+  /// Whether the objects' trees were built on the GPU: then it builds those over instances, too.
+  bool on_gpu = false;
+};
+
+/// Whether surfaces say nothing that a renderer without them does not do: clay, without normals or textures.
+bool is_plain_clay(const SceneSurfaces& surfaces);
+
+/// Divides the instances of the scene (split_scene.h), except those with triangles that emit: these become the shared
+/// part. Parts are built and written one after the other, and the manifest last, so that an old manifest never names
+/// new files that fit it.
+/// @param files of build_objects(). @param surfaces of all objects; nullptr: everything is clay.
+/// @return the manifest; kInvalidInput if there are fewer instances than parts; kTooLarge if there are more than 2^32 -
+/// 1; errors of build_selection() and write_file().
+build::Result<PartManifest> build_parts(const SceneDescription& scene, std::span<const build::Buffer> files,
+                                        const SceneSurfaces* surfaces, const PartsOptions& options,
+                                        const BuildRequest& request, const ProgressSink& progress);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,189 @@
+#include <tools/parts/part_data.h>
+
+#include <tools/base/bytes.h>
+#include <tools/base/errors.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+namespace hiprt::tools {
+namespace {
+
+constexpr std::array<char, 8> kMagic{'H', 'I', 'P', 'R', 'T', 'P', 'R', 'T'};
+constexpr std::uint32_t kKnownVersion = 1;
+
+/// A Material without its name.
+struct MaterialRecord {
+  std::array<float, 3> base_color;
+  float alpha, alpha_cutoff, metallic, roughness;
+  std::array<float, 3> emission;
+  TextureUse base_color_texture, metallic_roughness_texture, emission_texture;
+};
+
+void add(ByteWriter& writer, const GeometrySurface& surface) {
+  writer.add(surface.shape_material.value_or(kInvalidId));
+  writer.add(surface.shapes);
+  writer.add_array(std::span(surface.triangles));
+  writer.add_array(std::span(surface.materials));
+  writer.add_array(std::span(surface.coordinates));
+  writer.add_array(std::span(surface.normals));
+}
+
+GeometrySurface get_surface(ByteReader& reader) {
+  GeometrySurface surface;
+  const auto material = reader.get<std::uint32_t>();
+  surface.shapes = reader.get<std::uint64_t>();
+  surface.triangles = reader.get_array<build::Triangle>();
+  surface.materials = reader.get_array<std::uint32_t>();
+  surface.coordinates = reader.get_array<std::array<float, 2>>();
+  surface.normals = reader.get_array<std::array<float, 3>>();
+  if (material != kInvalidId) surface.shape_material = material;
+  return surface;
+}
+
+void add(ByteWriter& writer, const SceneSurfaces& surfaces) {
+  writer.add(std::uint64_t{surfaces.textures.size()});
+  for (const Texture& texture : surfaces.textures) {
+    writer.add(texture.width);
+    writer.add(texture.height);
+    writer.add_array(std::span(texture.texels));
+  }
+  writer.add(std::uint64_t{surfaces.materials.size()});
+  for (const Material& m : surfaces.materials) {
+    writer.add_text(m.name);
+    writer.add(MaterialRecord{m.base_color, m.alpha, m.alpha_cutoff, m.metallic, m.roughness, m.emission,
+                              m.base_color_texture, m.metallic_roughness_texture, m.emission_texture});
+  }
+  writer.add(std::uint64_t{surfaces.objects.size()});
+  for (const auto& object : surfaces.objects) {
+    writer.add(std::uint64_t{object.size()});
+    for (const GeometrySurface& geometry : object) add(writer, geometry);
+  }
+}
+
+SceneSurfaces get_surfaces(ByteReader& reader) {
+  SceneSurfaces surfaces;
+  for (auto left = reader.get<std::uint64_t>(); left != 0 && reader.ok(); --left) {
+    Texture& texture = surfaces.textures.emplace_back();
+    texture.width = reader.get<std::uint32_t>();
+    texture.height = reader.get<std::uint32_t>();
+    texture.texels = reader.get_array<std::uint32_t>();
+  }
+  for (auto left = reader.get<std::uint64_t>(); left != 0 && reader.ok(); --left) {
+    const std::string name = reader.get_text();
+    const auto m = reader.get<MaterialRecord>();
+    surfaces.materials.push_back({name, m.base_color, m.alpha, m.alpha_cutoff, m.metallic, m.roughness, m.emission,
+                                  m.base_color_texture, m.metallic_roughness_texture, m.emission_texture});
+  }
+  for (auto left = reader.get<std::uint64_t>(); left != 0 && reader.ok(); --left) {
+    auto& object = surfaces.objects.emplace_back();
+    for (auto geometries = reader.get<std::uint64_t>(); geometries != 0 && reader.ok(); --geometries)
+      object.push_back(get_surface(reader));
+  }
+  return surfaces;
+}
+
+/// Checks that the numbers in surfaces stay within their arrays. @return what is wrong; empty: nothing.
+class SurfaceCheck {
+ public:
+  SurfaceCheck(const SceneSurfaces& surfaces, const BufferView& bvh) : surfaces_(surfaces), bvh_(bvh) {}
+
+  std::string run() {
+    for (std::size_t i = 0; i < surfaces_.textures.size(); ++i) {
+      const Texture& texture = surfaces_.textures[i];
+      const std::uint64_t texels = std::uint64_t{texture.width} * texture.height;
+      if (texels == 0 || texture.texels.size() != texels)
+        return "texture " + std::to_string(i) + " has another number of texels than its size says";
+    }
+    for (std::size_t i = 0; i < surfaces_.materials.size(); ++i) {
+      const Material& m = surfaces_.materials[i];
+      for (const TextureUse* use : {&m.base_color_texture, &m.metallic_roughness_texture, &m.emission_texture})
+        if (!fits(*use)) return "material " + std::to_string(i) + " uses a texture that does not exist";
+    }
+    return check_objects();
+  }
+
+ private:
+  bool fits(const TextureUse& use) const {
+    const auto is_known = [](TextureWrap wrap) {
+      return wrap == TextureWrap::kRepeat || wrap == TextureWrap::kMirror || wrap == TextureWrap::kClamp;
+    };
+    return (use.texture == TextureUse{}.texture || use.texture < surfaces_.textures.size()) && is_known(use.wrap_u) &&
+           is_known(use.wrap_v);
+  }
+
+  std::string check_objects() const {
+    std::size_t own = 0;
+    for (const ObjectRecord& object : bvh_.objects)
+      own += open_buffer(bvh_.object_file(object))->has_instances() ? 0 : 1;
+    if (surfaces_.objects.size() != own)
+      return std::to_string(surfaces_.objects.size()) + " objects have surfaces, the BVH has " + std::to_string(own);
+    for (std::size_t i = 0; i < own; ++i) {
+      const BufferView object = *open_buffer(bvh_.object_file(bvh_.objects[i]));
+      const auto& geometries = surfaces_.objects[i];
+      if (geometries.size() != object.geometries.size())
+        return "object " + std::to_string(i) + " has another number of geometries than that of the BVH";
+      for (std::size_t g = 0; g < geometries.size(); ++g)
+        if (const char* wrong = check(geometries[g], object.geometries[g]))
+          return "object " + std::to_string(i) + ", geometry " + std::to_string(g) + ": " + wrong;
+    }
+    return {};
+  }
+
+  const char* check(const GeometrySurface& surface, const GeometryRecord& record) const {
+    const bool custom = (record.flags & kGeometryCustom) != 0;
+    if (surface.primitives() != record.primitive_count || surface.shape_material.has_value() != custom)
+      return "it has other primitives than that of the BVH";
+    if (surface.materials.size() != surface.triangles.size()) return "not every triangle has a material";
+    const auto is_material = [&](std::uint32_t material) { return material < surfaces_.materials.size(); };
+    if (!std::all_of(surface.materials.begin(), surface.materials.end(), is_material) ||
+        (custom && !is_material(*surface.shape_material)))
+      return "a material does not exist";
+    const auto fits = [&](const build::Triangle& triangle) {
+      return std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t vertex) {
+        return (surface.coordinates.empty() || vertex < surface.coordinates.size()) &&
+               (surface.normals.empty() || vertex < surface.normals.size());
+      });
+    };
+    if (!std::all_of(surface.triangles.begin(), surface.triangles.end(), fits)) return "a vertex does not exist";
+    return nullptr;
+  }
+
+  const SceneSurfaces& surfaces_;
+  const BufferView& bvh_;
+};
+
+}  // namespace
+
+std::vector<std::byte> encode(const PartData& data) {
+  ByteWriter writer;
+  writer.add(kMagic);
+  writer.add(kKnownVersion);
+  writer.add(std::uint8_t{data.surfaces.has_value()});
+  writer.add_array(std::span(data.instances));
+  if (data.surfaces) add(writer, *data.surfaces);
+  return std::move(writer.bytes());
+}
+
+build::Result<PartData> decode_part_data(std::span<const std::byte> bytes, const BufferView& bvh) {
+  ByteReader reader(bytes);
+  if (reader.get<std::array<char, 8>>() != kMagic) return invalid_input("it is no data of a part");
+  if (const auto version = reader.get<std::uint32_t>(); reader.ok() && version != kKnownVersion)
+    return invalid_input("its version is " + std::to_string(version) + ", this program reads version 1");
+  const bool has_surfaces = reader.get<std::uint8_t>() != 0;
+  PartData data{reader.get_array<std::uint32_t>()};
+  if (has_surfaces) data.surfaces = get_surfaces(reader);
+  if (!reader.ok() || !reader.at_end()) return invalid_input("it is damaged: a number of elements is wrong");
+  if (data.instances.size() != bvh.instances.size())
+    return invalid_input("it numbers " + std::to_string(data.instances.size()) + " instances, the BVH has " +
+                         std::to_string(bvh.instances.size()));
+  if (std::adjacent_find(data.instances.begin(), data.instances.end(), std::greater_equal<>()) != data.instances.end())
+    return invalid_input("the numbers of its instances do not ascend");
+  if (!data.surfaces) return data;
+  if (const std::string wrong = SurfaceCheck(*data.surfaces, bvh).run(); !wrong.empty()) return invalid_input(wrong);
+  return data;
+}
+
+}  // namespace hiprt::tools

@@ -1,0 +1,76 @@
+#pragma once
+/// Traces rays through a scene whose parts are in several processes.
+///
+/// A thread that has rays sends them to the processes with the parts that they may hit, and waits for answers. Other
+/// threads of each process answer questions: they trace, and wait for nothing. So no two wait for each other
+/// (docs/proofs/parts.md).
+
+#include <tools/render/parts/part_tracer.h>
+#include <tools/render/parts/ray_credit.h>
+#include <tools/render/parts/ray_mail.h>
+#include <tools/render/parts/ray_tour.h>
+#include <tools/render/studio/render.h>
+
+#include <atomic>
+#include <memory>
+#include <thread>
+#include <vector>
+
+namespace hiprt::tools {
+
+class PartExchange {
+ public:
+  struct Setup {
+    const PartManifest* manifest = nullptr;            ///< Must live as long as the exchange.
+    std::vector<unsigned> owner;                       ///< Rank that has each part.
+    std::vector<std::unique_ptr<PartTracer>> tracers;  ///< Of each part; nullptr: another process has it.
+    /// The scene that all processes have: lights and sky, and settings. Its view has the shared part's instances.
+    const PathScene* shared = nullptr;
+    bool shared_alpha_cutout = false;
+    std::vector<std::uint32_t> shared_instances;  ///< Their numbers in the scene.
+    RayMail* mail = nullptr;                      ///< nullptr: this process has all parts.
+    std::size_t credit = 0;                       ///< Rays on their way to each other process, at least 1.
+    unsigned servers = 1;                         ///< Threads that answer questions.
+  };
+
+  explicit PartExchange(Setup setup);
+  PartExchange(const PartExchange&) = delete;
+  PartExchange& operator=(const PartExchange&) = delete;
+  ~PartExchange();
+
+  /// Traces rays through the whole scene. They have tmin 0 and all bits of the mask.
+  /// @param hits of Query::kAny: found or not. Of Query::kClosest its paths are those of the whole scene.
+  /// @param shared_paths of Query::kClosest: of hits in the shared part the path in it (shared->view.levels numbers per
+  /// ray), of other hits kInvalidId.
+  /// @param slot that no other thread uses at the same time.
+  /// @param counts gets what has gone to other processes and come back.
+  /// @return the error of RayMail::health(), of a process that could not answer, or kCancelled after stop() and
+  /// interrupted().
+  build::Result<void> trace(Query query, std::span<const Ray> rays, const TourHits& hits, std::uint32_t* shared_paths,
+                            unsigned slot, RayCounts& counts);
+
+  /// Ends the calls of trace() soon.
+  void stop() { stopped_ = true; }
+  const PartManifest& manifest() const { return *setup_.manifest; }
+
+ private:
+  /// A trace() in work.
+  struct Call;
+
+  void trace_shared(Query query, std::span<const Ray> rays, const TourHits& hits, std::uint32_t* shared_paths) const;
+  build::Result<void> run(Call& call);
+  bool visit_own(Call& call) const;
+  bool send(Call& call);
+  build::Result<void> receive(Call& call, bool all_sent);
+  void serve();
+  std::vector<std::byte> answer_to(const PartQuestion& question) const;
+
+  Setup setup_;
+  PartRouter router_;
+  RayCredit credit_;
+  std::atomic<bool> stopped_ = false, ended_ = false;
+  std::atomic<std::uint32_t> numbers_ = 0;
+  std::vector<std::jthread> servers_;
+};
+
+}  // namespace hiprt::tools

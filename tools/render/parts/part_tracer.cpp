@@ -1,0 +1,53 @@
+#include <tools/render/parts/part_tracer.h>
+
+#include <tools/base/errors.h>
+#include <tools/render/path/cpu_path_engine.h>
+
+#include <utility>
+
+namespace hiprt::tools {
+
+build::Result<std::unique_ptr<PartTracer>> PartTracer::make(build::Buffer bvh, PartData data, std::uint32_t levels,
+                                                            const PathSettings& settings) {
+  std::unique_ptr<PartTracer> part(new PartTracer);
+  part->buffer_ = std::move(bvh);
+  const auto view = open_buffer(std::as_const(part->buffer_).bytes());
+  if (!view) return invalid_input(to_string(view.error()));
+  part->view_ = *view;
+  auto arrays = make_path_data(part->view_, data.surfaces ? &*data.surfaces : nullptr, {}, {}, 0.0f);
+  if (!arrays) return tl::unexpected(std::move(arrays.error()));
+  if (!arrays->lights.empty()) return invalid_input("it has a triangle that emits; only the shared part may have one");
+  part->arrays_ = std::move(*arrays);
+  part->scene_ = PathScene{part->host_.scene(part->view_), views(part->arrays_), settings};
+  part->instances_ = std::move(data.instances);
+  part->levels_ = levels;
+  part->alpha_cutout_ = has_alpha_cutout(part->arrays_);
+  return part;
+}
+
+PartAnswer PartTracer::trace(Query query, std::span<const Ray> rays) const {
+  const PathScene& scene = *scene_;
+  const std::uint32_t own_levels = scene.view.levels;
+  std::vector<Hit> hits(rays.size());
+  std::vector<std::uint32_t> paths(query == Query::kClosest ? rays.size() * own_levels : 0);
+  const CpuPathEngine engine(scene, alpha_cutout_);
+  static_cast<void>(engine.trace(query, rays.data(), static_cast<std::uint32_t>(rays.size()), hits.data(),
+                                 paths.empty() ? nullptr : paths.data()));
+  PartAnswer answer;
+  answer.query = query;
+  answer.states.reserve(rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Hit& hit = hits[i];
+    answer.states.push_back(hit.failed() ? RayState::kFailed : hit.found() ? RayState::kHit : RayState::kMiss);
+    if (query == Query::kAny || answer.states.back() != RayState::kHit) continue;
+    const auto path = std::span(paths).subspan(i * own_levels, own_levels);
+    const PathSurface surface = surface_at(scene, rays[i], hit, load_path(path));
+    answer.hits.push_back({hit, surface.geometric, surface.normal, surface.base_color, surface.coordinates,
+                           surface.metallic, surface.roughness});
+    answer.paths.push_back(instances_[path[0]]);
+    for (std::uint32_t k = 1; k < levels_; ++k) answer.paths.push_back(k < own_levels ? path[k] : kInvalidId);
+  }
+  return answer;
+}
+
+}  // namespace hiprt::tools

@@ -1,0 +1,41 @@
+#pragma once
+/// Traces rays through a part of a scene that this process has.
+
+#include <tools/parts/part_data.h>
+#include <tools/render/parts/part_answer.h>
+#include <tools/render/path/path_data.h>
+
+#include <hiprt_build/buffer.h>
+#include <hiprt_build/host/host_part.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace hiprt::tools {
+
+class PartTracer {
+ public:
+  /// @param bvh whose content was validated and can be traced. @param data that belongs to it.
+  /// @param levels of the whole scene. @param settings of the picture.
+  /// @return the errors of make_path_data(). kInvalidInput if a material of it emits light.
+  static build::Result<std::unique_ptr<PartTracer>> make(build::Buffer bvh, PartData data, std::uint32_t levels,
+                                                         const PathSettings& settings);
+
+  /// On the calling thread. Any number of threads may call it at the same time.
+  PartAnswer trace(Query query, std::span<const Ray> rays) const;
+
+ private:
+  PartTracer() = default;
+
+  build::Buffer buffer_;
+  BufferView view_{};
+  HostPart host_;
+  PathData arrays_;
+  std::optional<PathScene> scene_;
+  std::vector<std::uint32_t> instances_;
+  std::uint32_t levels_ = 1;
+  bool alpha_cutout_ = false;
+};
+
+}  // namespace hiprt::tools
