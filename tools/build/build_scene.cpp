@@ -147,14 +147,14 @@ class ObjectBuilder {
 struct LibraryScene {
   std::vector<std::span<const std::byte>> objects;
   std::vector<std::span<const build::Instance>> groups;
-  std::vector<std::size_t> group_numbers{};             ///< In the description; empty: the same.
-  std::span<const std::uint32_t> last_group_numbers{};  ///< Of the last group's instances; empty: the same.
+  const SceneSelection* selection = nullptr;  ///< nullptr: the numbers are the description's.
 
   std::size_t group_in_description(std::size_t group) const {
-    return group < group_numbers.size() ? group_numbers[group] : group;
+    return selection != nullptr ? selection->groups[group].original : group;
   }
   std::size_t instance_in_description(std::size_t group, std::size_t instance) const {
-    return group + 1 == groups.size() && instance < last_group_numbers.size() ? last_group_numbers[instance] : instance;
+    if (selection == nullptr || instance >= selection->groups[group].instances.size()) return instance;
+    return selection->groups[group].instances[instance];
   }
 };
 
@@ -246,29 +246,17 @@ build::Result<std::vector<build::Buffer>> build_objects(SceneDescription& scene,
 build::Result<build::Bvh> build_selection(const SceneDescription& scene, std::span<const build::Buffer> files,
                                           const SceneSelection& selection, bool on_gpu, const BuildRequest& request,
                                           const ProgressSink& progress) {
-  std::vector<std::uint32_t> new_number(files.size() + scene.groups.size(), kInvalidId);
-  for (std::size_t i = 0; i < selection.objects.size(); ++i)
-    new_number[selection.objects[i]] = static_cast<std::uint32_t>(i);
-  const auto renumbered = [&](build::Instance instance) {
-    instance.object = new_number[instance.object];
-    return instance;
-  };
   LibraryScene part;
+  part.selection = &selection;
+  for (const std::uint32_t file : selection.files) part.objects.push_back(files[file].bytes());
   std::vector<std::vector<build::Instance>> groups;
-  for (const std::uint32_t object : selection.objects) {
-    if (object < files.size()) {
-      part.objects.push_back(files[object].bytes());
-      continue;
+  for (const SceneSelection::Group& group : selection.groups) {
+    auto& instances = groups.emplace_back();
+    for (std::size_t i = 0; i < group.instances.size(); ++i) {
+      instances.push_back(scene.groups[group.original].instances[group.instances[i]]);
+      instances.back().object = group.objects[i];
     }
-    part.group_numbers.push_back(object - files.size());
-    auto& group = groups.emplace_back();
-    for (const build::Instance& instance : scene.groups[object - files.size()].instances)
-      group.push_back(renumbered(instance));
   }
-  part.group_numbers.push_back(scene.groups.size() - 1);
-  part.last_group_numbers = selection.instances;
-  auto& last = groups.emplace_back();
-  for (const std::uint32_t i : selection.instances) last.push_back(renumbered(scene.groups.back().instances[i]));
   part.groups.assign(groups.begin(), groups.end());
   return join(scene, part, on_gpu, request, progress);
 }

@@ -35,13 +35,21 @@ build::Result<Built> build_or_reuse(const build::SceneInput& scene, const BuildR
 build::Result<std::vector<build::Buffer>> build_objects(SceneDescription& scene, const BuildRequest& request,
                                                         const ProgressSink& progress, BuiltScene& result);
 
-/// Some instances of a scene, and what they need of it.
+/// Some instances of a scene and of its groups, as a scene of their own.
 struct SceneSelection {
-  std::vector<std::uint32_t> instances;  ///< Of the scene's last group, ascending.
-  std::vector<std::uint32_t> objects;    ///< All objects that they lead to, as build::Instance numbers them, ascending.
+  /// Some instances of a group of the scene.
+  struct Group {
+    std::size_t original = 0;              ///< Index in SceneDescription::groups.
+    std::vector<std::uint32_t> instances;  ///< Of the original, ascending.
+    std::vector<std::uint32_t> objects;    ///< Of each instance: first come `files`, then `groups`.
+
+    friend auto operator<=>(const Group&, const Group&) = default;
+  };
+  std::vector<std::uint32_t> files;  ///< Objects with geometries, ascending.
+  std::vector<Group> groups;         ///< They have objects of lower numbers. The last one is the scene.
 };
 
-/// Builds the trees over the selected instances, which become a scene of their own. Its objects keep their order.
+/// Builds the trees over the selected instances.
 /// @param files of build_objects(). @param on_gpu BuiltScene::on_gpu.
 build::Result<build::Bvh> build_selection(const SceneDescription& scene, std::span<const build::Buffer> files,
                                           const SceneSelection& selection, bool on_gpu, const BuildRequest& request,

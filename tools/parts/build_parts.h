@@ -21,12 +21,12 @@ struct PartsOptions {
 /// Whether surfaces say nothing that a renderer without them does not do: clay, without normals or textures.
 bool is_plain_clay(const SceneSurfaces& surfaces);
 
-/// Divides the instances of the scene (split_scene.h), except those with triangles that emit: these become the shared
-/// part. Parts are built and written one after the other, and the manifest last, so that an old manifest never names
-/// new files that fit it.
+/// Divides the instances of the scene (split_scene.h). Groups that are large are opened first: their instances go to
+/// different parts. Objects with triangles that emit become the shared part. Parts are built and written one after the
+/// other, and the manifest last, so that an old manifest never names new files that fit it.
 /// @param files of build_objects(). @param surfaces of all objects; nullptr: everything is clay.
-/// @return the manifest; kInvalidInput if there are fewer instances than parts; kTooLarge if there are more than 2^32 -
-/// 1; errors of build_selection() and write_file().
+/// @return the manifest; kInvalidInput if there are fewer instances than parts; errors of build_selection() and
+/// write_file().
 build::Result<PartManifest> build_parts(const SceneDescription& scene, std::span<const build::Buffer> files,
                                         const SceneSurfaces* surfaces, const PartsOptions& options,
                                         const BuildRequest& request, const ProgressSink& progress);

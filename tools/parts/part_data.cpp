@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -155,6 +156,27 @@ class SurfaceCheck {
   const BufferView& bvh_;
 };
 
+/// Checks the numbers of the instances of all groups. @return what is wrong; empty: nothing.
+std::string check_numbers(const std::vector<std::vector<std::uint32_t>>& groups, const BufferView& bvh) {
+  std::vector<std::size_t> sizes;
+  for (const ObjectRecord& object : bvh.objects)
+    if (const auto view = open_buffer(bvh.object_file(object)); view->has_instances())
+      sizes.push_back(view->instances.size());
+  sizes.push_back(bvh.instances.size());
+  if (groups.size() != sizes.size())
+    return "it numbers the instances of " + std::to_string(groups.size()) + " groups, the BVH has " +
+           std::to_string(sizes.size());
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const auto& numbers = groups[g];
+    if (!numbers.empty() && numbers.size() != sizes[g])
+      return "it numbers " + std::to_string(numbers.size()) + " instances of group " + std::to_string(g) +
+             ", the BVH has " + std::to_string(sizes[g]);
+    if (std::adjacent_find(numbers.begin(), numbers.end(), std::greater_equal<>()) != numbers.end())
+      return "the numbers of the instances of group " + std::to_string(g) + " do not ascend";
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<std::byte> encode(const PartData& data) {
@@ -162,7 +184,8 @@ std::vector<std::byte> encode(const PartData& data) {
   writer.add(kMagic);
   writer.add(kKnownVersion);
   writer.add(std::uint8_t{data.surfaces.has_value()});
-  writer.add_array(std::span(data.instances));
+  writer.add(std::uint64_t{data.groups.size()});
+  for (const auto& numbers : data.groups) writer.add_array(std::span(numbers));
   if (data.surfaces) add(writer, *data.surfaces);
   return std::move(writer.bytes());
 }
@@ -173,16 +196,15 @@ build::Result<PartData> decode_part_data(std::span<const std::byte> bytes, const
   if (const auto version = reader.get<std::uint32_t>(); reader.ok() && version != kKnownVersion)
     return invalid_input("its version is " + std::to_string(version) + ", this program reads version 1");
   const bool has_surfaces = reader.get<std::uint8_t>() != 0;
-  PartData data{reader.get_array<std::uint32_t>()};
+  PartData data;
+  for (auto left = reader.get<std::uint64_t>(); left != 0 && reader.ok(); --left)
+    data.groups.push_back(reader.get_array<std::uint32_t>());
   if (has_surfaces) data.surfaces = get_surfaces(reader);
   if (!reader.ok() || !reader.at_end()) return invalid_input("it is damaged: a number of elements is wrong");
-  if (data.instances.size() != bvh.instances.size())
-    return invalid_input("it numbers " + std::to_string(data.instances.size()) + " instances, the BVH has " +
-                         std::to_string(bvh.instances.size()));
-  if (std::adjacent_find(data.instances.begin(), data.instances.end(), std::greater_equal<>()) != data.instances.end())
-    return invalid_input("the numbers of its instances do not ascend");
+  if (const std::string wrong = check_numbers(data.groups, bvh); !wrong.empty()) return invalid_input(wrong);
   if (!data.surfaces) return data;
   if (const std::string wrong = SurfaceCheck(*data.surfaces, bvh).run(); !wrong.empty()) return invalid_input(wrong);
+  data.surfaces->objects.resize(bvh.objects.size());
   return data;
 }
 

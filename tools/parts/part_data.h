@@ -1,10 +1,10 @@
 #pragma once
-/// What a part of a scene has beside its BVH file: the numbers of its instances in the scene, and their surfaces.
+/// What a part of a scene has beside its BVH file: the numbers of its instances in the scene, and surfaces.
 ///
 ///     "HIPRTPRT"            8 bytes
 ///     version               4 bytes, little-endian, as all numbers
 ///     whether it has surfaces  1 byte
-///     instances             their count (8 bytes), then 4 bytes each, in the order of the BVH file
+///     groups                their count (8 bytes), then for each the count and the numbers of its instances
 ///     textures, materials, objects with their geometries (part_data.cpp)
 
 #include <tools/scene_io/surface/surface.h>
@@ -21,7 +21,9 @@
 namespace hiprt::tools {
 
 struct PartData {
-  std::vector<std::uint32_t> instances;     ///< Ascending. Instance i of the part is instances[i] of the scene.
+  /// For each group of the BVH file, and last for its scene: instance i is instance groups[g][i] of the whole scene's
+  /// group. Ascending. Empty: the numbers are the same.
+  std::vector<std::vector<std::uint32_t>> groups;
   std::optional<SceneSurfaces> surfaces{};  ///< Of the part's objects; nothing: they are clay.
 };
 

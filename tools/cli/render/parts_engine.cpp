@@ -125,7 +125,7 @@ build::Result<void> PartsEngine::load_shared(const PathSettings& settings, PartE
     shared_file_ = std::move(files->bvh);
     data = std::move(files->data);
     view = shared_host_.scene(shared_file_.view);
-    setup.shared_instances = std::move(data->instances);
+    setup.shared_numbers = PathNumbers(shared_file_.view, std::move(data->groups));
   }
   const PathData& sky = command_.paths.data();
   const Shutter& shutter = settings.shutter;
@@ -155,7 +155,7 @@ build::Result<Image> PartsEngine::layers() {
   Image image(command_.render.width, command_.render.height);
   image.has_instances = true;
   if (!command_.render.layers) return image;
-  if (auto stored = store_part_layers(*shared_, *exchange_, work_->other_slot(), image); !stored)
+  if (auto stored = store_part_layers(*shared_, *exchange_, work_->other_slot(), layers_stopped_, image); !stored)
     return tl::unexpected(std::move(stored.error()));
   return image;
 }

@@ -9,6 +9,8 @@
 
 #include <hiprt_build/buffer.h>
 
+#include <atomic>
+
 namespace hiprt::tools {
 
 /// A manifest and its bytes, of which the picture's key is made.
@@ -35,6 +37,7 @@ class PartsEngine : public PictureEngine {
 
   PictureWork& work() override { return *work_; }
   build::Result<Image> layers() override;
+  void stop_layers() override { layers_stopped_ = true; }
   /// Of the files that this rank has read.
   std::uint64_t bytes_read() const { return bytes_read_; }
 
@@ -53,6 +56,7 @@ class PartsEngine : public PictureEngine {
   HostPart shared_host_;
   PathData shared_data_;
   std::optional<PathScene> shared_;
+  std::atomic<bool> layers_stopped_ = false;
   std::unique_ptr<PartExchange> exchange_;
   std::unique_ptr<PartWork> work_;
 };

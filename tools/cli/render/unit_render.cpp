@@ -45,9 +45,16 @@ void count(const PictureState& state, Rendering& rendering) {
 class LayeredPaths {
  public:
   LayeredPaths(const RenderCommand& command, PictureEngine& engine)
-      : samples_(command.render.samples),
+      : engine_(engine),
+        samples_(command.render.samples),
         threads_(engine.work().workers()),
         coming_(std::async(std::launch::async, [&engine] { return engine.layers(); })) {}
+  LayeredPaths(const LayeredPaths&) = delete;
+  LayeredPaths& operator=(const LayeredPaths&) = delete;
+  /// Waits for the layers.
+  ~LayeredPaths() {
+    if (coming_.valid()) engine_.stop_layers();
+  }
 
   /// Whether picture() does not wait.
   bool ready() const {
@@ -67,6 +74,7 @@ class LayeredPaths {
   }
 
  private:
+  PictureEngine& engine_;
   std::uint32_t samples_;
   unsigned threads_;
   std::future<build::Result<Image>> coming_;

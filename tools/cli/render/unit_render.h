@@ -25,6 +25,8 @@ class PictureEngine {
   virtual PictureWork& work() = 0;
   /// With --integrator path: the picture with all layers but the colours. May run beside work().
   virtual build::Result<Image> layers() = 0;
+  /// Called when the result of layers() is of no use any more: a call that waits for other processes returns soon.
+  virtual void stop_layers() {}
 };
 
 /// Of a scene that this process has as a whole.

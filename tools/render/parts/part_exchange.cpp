@@ -34,6 +34,7 @@ struct PartExchange::Call {
   Query query;
   RayTour tour;
   unsigned slot;
+  const std::atomic<bool>& stopped;
   RayCounts& counts;
   std::vector<Waiting> waiting{};
 };
@@ -49,21 +50,25 @@ PartExchange::PartExchange(Setup setup)
 PartExchange::~PartExchange() { ended_ = true; }
 
 build::Result<void> PartExchange::trace(Query query, std::span<const Ray> rays, const TourHits& hits,
-                                        std::uint32_t* shared_paths, unsigned slot, RayCounts& counts) {
+                                        std::uint32_t* shared_paths, unsigned slot, const std::atomic<bool>& stopped,
+                                        RayCounts& counts) {
   std::fill_n(hits.hits, rays.size(), Hit{});
   if (query == Query::kClosest) std::fill_n(hits.paths, rays.size() * hits.levels, kInvalidId);
   trace_shared(query, rays, hits, shared_paths);
-  Call call{query, RayTour(router_, query, rays, hits), slot, counts};
+  Call call{query, RayTour(router_, query, rays, hits), slot, stopped, counts};
   auto done = run(call);
   for (const Call::Waiting& question : call.waiting) credit_.give_back(question.rank, question.parcel.numbers.size());
   if (!done) return done;
   // Where a part beat the shared part, the path in that says nothing.
   if (query == Query::kAny || shared_paths == nullptr) return {};
   const std::uint32_t levels = setup_.shared->view.levels;
+  std::vector<std::uint32_t> in_scene(hits.levels);
   for (std::size_t i = 0; levels != 0 && i < rays.size(); ++i) {
-    const std::uint32_t instance = shared_paths[i * levels];
-    if (instance != kInvalidId && setup_.shared_instances[instance] != hits.paths[i * hits.levels])
-      std::fill_n(shared_paths + i * levels, levels, kInvalidId);
+    const std::span<std::uint32_t> path(shared_paths + i * levels, levels);
+    if (path[0] == kInvalidId) continue;
+    setup_.shared_numbers.to_scene(path, in_scene);
+    if (!std::equal(in_scene.begin(), in_scene.end(), hits.paths + i * hits.levels))
+      std::fill(path.begin(), path.end(), kInvalidId);
   }
   return {};
 }
@@ -80,15 +85,13 @@ void PartExchange::trace_shared(Query query, std::span<const Ray> rays, const To
     if (!hits.hits[i].found()) continue;
     const std::span<const std::uint32_t> path(shared_paths + i * levels, levels);
     hits.surfaces[i] = surface_at(scene, rays[i], hits.hits[i], load_path(path));
-    std::uint32_t* const to = hits.paths + i * hits.levels;
-    to[0] = setup_.shared_instances[path[0]];
-    std::copy(path.begin() + 1, path.end(), to + 1);
+    setup_.shared_numbers.to_scene(path, {hits.paths + i * hits.levels, hits.levels});
   }
 }
 
 build::Result<void> PartExchange::run(Call& call) {
   while (!call.tour.done()) {
-    if (stopped_ || interrupted()) return fail(build::ErrorCode::kCancelled, "cancelled");
+    if (call.stopped || interrupted()) return fail(build::ErrorCode::kCancelled, "cancelled");
     // Rays to other processes leave first: these trace while this one does.
     const bool all_sent = send(call);
     if (visit_own(call)) continue;

@@ -27,10 +27,10 @@ class PartExchange {
     /// The scene that all processes have: lights and sky, and settings. Its view has the shared part's instances.
     const PathScene* shared = nullptr;
     bool shared_alpha_cutout = false;
-    std::vector<std::uint32_t> shared_instances;  ///< Their numbers in the scene.
-    RayMail* mail = nullptr;                      ///< nullptr: this process has all parts.
-    std::size_t credit = 0;                       ///< Rays on their way to each other process, at least 1.
-    unsigned servers = 1;                         ///< Threads that answer questions.
+    PathNumbers shared_numbers;  ///< Of its instances.
+    RayMail* mail = nullptr;     ///< nullptr: this process has all parts.
+    std::size_t credit = 0;      ///< Rays on their way to each other process, at least 1.
+    unsigned servers = 1;        ///< Threads that answer questions.
   };
 
   explicit PartExchange(Setup setup);
@@ -42,15 +42,13 @@ class PartExchange {
   /// @param hits of Query::kAny: found or not. Of Query::kClosest its paths are those of the whole scene.
   /// @param shared_paths of Query::kClosest: of hits in the shared part the path in it (shared->view.levels numbers per
   /// ray), of other hits kInvalidId.
-  /// @param slot that no other thread uses at the same time.
+  /// @param slot that no other thread uses at the same time. @param stopped ends the call soon when it becomes true.
   /// @param counts gets what has gone to other processes and come back.
-  /// @return the error of RayMail::health(), of a process that could not answer, or kCancelled after stop() and
-  /// interrupted().
+  /// @return the error of RayMail::health(), of a process that could not answer, or kCancelled if it was stopped or
+  /// interrupted() is true.
   build::Result<void> trace(Query query, std::span<const Ray> rays, const TourHits& hits, std::uint32_t* shared_paths,
-                            unsigned slot, RayCounts& counts);
+                            unsigned slot, const std::atomic<bool>& stopped, RayCounts& counts);
 
-  /// Ends the calls of trace() soon.
-  void stop() { stopped_ = true; }
   const PartManifest& manifest() const { return *setup_.manifest; }
 
  private:
@@ -68,7 +66,7 @@ class PartExchange {
   Setup setup_;
   PartRouter router_;
   RayCredit credit_;
-  std::atomic<bool> stopped_ = false, ended_ = false;
+  std::atomic<bool> ended_ = false;
   std::atomic<std::uint32_t> numbers_ = 0;
   std::vector<std::jthread> servers_;
 };

@@ -19,7 +19,7 @@ build::Result<std::unique_ptr<PartTracer>> PartTracer::make(build::Buffer bvh, P
   if (!arrays->lights.empty()) return invalid_input("it has a triangle that emits; only the shared part may have one");
   part->arrays_ = std::move(*arrays);
   part->scene_ = PathScene{part->host_.scene(part->view_), views(part->arrays_), settings};
-  part->instances_ = std::move(data.instances);
+  part->numbers_ = PathNumbers(part->view_, std::move(data.groups));
   part->levels_ = levels;
   part->alpha_cutout_ = has_alpha_cutout(part->arrays_);
   return part;
@@ -44,8 +44,8 @@ PartAnswer PartTracer::trace(Query query, std::span<const Ray> rays) const {
     const PathSurface surface = surface_at(scene, rays[i], hit, load_path(path));
     answer.hits.push_back({hit, surface.geometric, surface.normal, surface.base_color, surface.coordinates,
                            surface.metallic, surface.roughness});
-    answer.paths.push_back(instances_[path[0]]);
-    for (std::uint32_t k = 1; k < levels_; ++k) answer.paths.push_back(k < own_levels ? path[k] : kInvalidId);
+    answer.paths.resize(answer.paths.size() + levels_);
+    numbers_.to_scene(path, std::span(answer.paths).last(levels_));
   }
   return answer;
 }

@@ -2,6 +2,7 @@
 /// Traces rays through a part of a scene that this process has.
 
 #include <tools/parts/part_data.h>
+#include <tools/parts/path_numbers.h>
 #include <tools/render/parts/part_answer.h>
 #include <tools/render/path/path_data.h>
 
@@ -33,7 +34,7 @@ class PartTracer {
   HostPart host_;
   PathData arrays_;
   std::optional<PathScene> scene_;
-  std::vector<std::uint32_t> instances_;
+  PathNumbers numbers_;
   std::uint32_t levels_ = 1;
   bool alpha_cutout_ = false;
 };

@@ -40,8 +40,12 @@ class PartPathEngine {
  public:
   template <class T> using Array = std::vector<T>;
 
-  PartPathEngine(PartExchange& exchange, unsigned slot, std::size_t paths)
-      : exchange_(exchange), slot_(slot), surfaces_(paths), paths_(paths * exchange.manifest().levels) {}
+  PartPathEngine(PartExchange& exchange, unsigned slot, std::size_t paths, const std::atomic<bool>& stopped)
+      : exchange_(exchange),
+        slot_(slot),
+        stopped_(stopped),
+        surfaces_(paths),
+        paths_(paths * exchange.manifest().levels) {}
 
   template <class T> build::Result<Array<T>> array(std::uint64_t count) const {
     return Array<T>(static_cast<std::size_t>(count));
@@ -56,7 +60,7 @@ class PartPathEngine {
   build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits,
                             std::uint32_t* instance_paths) {
     const TourHits found{hits, paths_.data(), surfaces_.data(), exchange_.manifest().levels};
-    return exchange_.trace(query, {rays, count}, found, instance_paths, slot_, counts_);
+    return exchange_.trace(query, {rays, count}, found, instance_paths, slot_, stopped_, counts_);
   }
   const RayCounts& counts() const { return counts_; }
   static build::Result<PathCounts> read(const Array<PathCounts>& counts) { return counts[0]; }
@@ -72,6 +76,7 @@ class PartPathEngine {
 
   PartExchange& exchange_;
   unsigned slot_;
+  const std::atomic<bool>& stopped_;
   std::vector<PathSurface> surfaces_;
   std::vector<std::uint32_t> paths_;  ///< Of the whole scene.
   RayCounts counts_;                  ///< What has gone between processes.
@@ -109,7 +114,7 @@ build::Result<RayCounts> PartWork::run(const PictureUnit& unit, std::span<std::b
   if (unit.first != 0) std::memcpy(sums.data(), state.data(), state.size());
   const unsigned slot = take_slot();
   const auto most = static_cast<std::uint32_t>(std::min<std::uint64_t>(paths_, unit.pixels() * unit.steps));
-  PartPathEngine engine(exchange_, slot, most);
+  PartPathEngine engine(exchange_, slot, most, stopped_);
   auto wave = PathWave<PartPathEngine>::make(engine, scene_, most);
   PathRayCounts rays;
   build::Result<void> done;
@@ -143,7 +148,8 @@ build::Result<RayCounts> PartWork::run(const PictureUnit& unit, std::span<std::b
   return counts;
 }
 
-build::Result<void> store_part_layers(const PathScene& scene, PartExchange& exchange, unsigned slot, Image& image) {
+build::Result<void> store_part_layers(const PathScene& scene, PartExchange& exchange, unsigned slot,
+                                      const std::atomic<bool>& stopped, Image& image) {
   const PathSettings& settings = scene.settings;
   const std::uint32_t levels = exchange.manifest().levels, own_levels = scene.view.levels;
   image.has_instances = true;
@@ -161,7 +167,7 @@ build::Result<void> store_part_layers(const PathScene& scene, PartExchange& exch
       rays[x].time = 0.5f * settings.shutter.open + 0.5f * settings.shutter.close;
     }
     const TourHits found{hits.data(), paths.data(), surfaces.data(), levels};
-    if (auto traced = exchange.trace(Query::kClosest, rays, found, own_paths.data(), slot, not_told); !traced)
+    if (auto traced = exchange.trace(Query::kClosest, rays, found, own_paths.data(), slot, stopped, not_told); !traced)
       return traced;
     for (std::uint32_t x = 0; x < settings.width; ++x) {
       const Hit& hit = hits[x];

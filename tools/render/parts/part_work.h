@@ -6,6 +6,7 @@
 #include <tools/render/path/path_trace.h>
 #include <tools/render/units/picture_work.h>
 
+#include <atomic>
 #include <mutex>
 #include <vector>
 
@@ -36,7 +37,7 @@ class PartWork : public PictureWork {
   std::size_t pixel_bytes() const override { return sizeof(PathSum); }
   unsigned workers() const override { return workers_; }
   build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) override;
-  void stop() override { exchange_.stop(); }
+  void stop() override { stopped_ = true; }
 
   /// The slot of the exchange that is none of a worker's.
   unsigned other_slot() const { return workers_; }
@@ -49,13 +50,15 @@ class PartWork : public PictureWork {
   std::uint32_t samples_;
   unsigned workers_;
   std::size_t paths_;
+  std::atomic<bool> stopped_ = false;
   std::mutex mutex_;
   std::vector<unsigned> free_slots_;
 };
 
 /// Fills the layers of a picture that belong to the rays through the pixels' centres, without costs: these depend on
 /// the tree, and the parts have trees of their own.
-/// @param image of the size of the settings. @param slot of the exchange.
-build::Result<void> store_part_layers(const PathScene& scene, PartExchange& exchange, unsigned slot, Image& image);
+/// @param image of the size of the settings. @param slot, stopped of PartExchange::trace().
+build::Result<void> store_part_layers(const PathScene& scene, PartExchange& exchange, unsigned slot,
+                                      const std::atomic<bool>& stopped, Image& image);
 
 }  // namespace hiprt::tools
