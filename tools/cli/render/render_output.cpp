@@ -48,6 +48,10 @@ void print_text(const RenderReport& report) {
             << report.device_name << ranks_text(report.ranks) << ")\n";
   if (render.mode == RenderMode::kHeatmap)
     std::cout << fixed(rendering.mean_steps, 1) << " tests and instances per ray\n";
+  if (rendering.rays.messages != 0)
+    std::cout << rendering.rays.sent << " visits of rays to parts of other ranks, "
+              << bytes_text(static_cast<std::size_t>(rendering.rays.bytes)) << " in " << rendering.rays.messages
+              << " messages\n";
   for (const WrittenPicture& picture : report.pictures)
     std::cout << picture.path << "  " << bytes_text(picture.bytes) << "\n";
   std::cout << report.command.compare.text();
@@ -76,6 +80,10 @@ nlohmann::json report_json(const RenderReport& report) {
           {"secondary_rays", rendering.rays.secondary},
           {"shadow_rays", rendering.rays.shadow},
           {"rays_on_gpu", rendering.rays.on_gpu},
+          {"exchange",
+           {{"visits_of_other_ranks", rendering.rays.sent},
+            {"messages", rendering.rays.messages},
+            {"bytes", rendering.rays.bytes}}},
           {"seconds", rendering.seconds},
           {"mrays_per_second", mrays_per_second(rendering)},
           {"comparison", report.command.compare.json()},

@@ -67,7 +67,7 @@ std::vector<std::byte> encode(std::uint32_t number, const PartAnswer& answer) {
   ByteWriter writer;
   writer.add(number);
   writer.add(answer.query == Query::kClosest ? kClosestAnswer : kAnyAnswer);
-  writer.add_array(std::span(answer.states));
+  writer.add_array(std::span(answer.results));
   if (answer.query == Query::kClosest) {
     writer.add_array(std::span(answer.hits));
     writer.add_array(std::span(answer.paths));
@@ -96,17 +96,17 @@ build::Result<NumberedAnswer> decode_answer(std::span<const std::byte> bytes, st
   }
   PartAnswer& answer = result.answer;
   answer.query = kind == kAnyAnswer ? Query::kAny : Query::kClosest;
-  answer.states = reader.get_array<RayState>();
+  answer.results = reader.get_array<VisitResult>();
   if (kind == kClosestAnswer) {
     answer.hits = reader.get_array<PartHit>();
     answer.paths = reader.get_array<std::uint32_t>();
   }
-  const auto is_state = [](RayState state) { return state <= RayState::kFailed; };
-  const auto found = std::count(answer.states.begin(), answer.states.end(), RayState::kHit);
+  const auto is_known = [](VisitResult visit) { return visit <= VisitResult::kFailed; };
+  const auto found = std::count(answer.results.begin(), answer.results.end(), VisitResult::kHit);
   const bool fits = kind == kAnyAnswer || (static_cast<std::size_t>(found) == answer.hits.size() &&
                                            answer.paths.size() == answer.hits.size() * levels);
   if (!reader.ok() || !reader.at_end() || kind > kAnyAnswer || !fits ||
-      !std::all_of(answer.states.begin(), answer.states.end(), is_state))
+      !std::all_of(answer.results.begin(), answer.results.end(), is_known))
     return malformed("an answer", bytes.size());
   return result;
 }

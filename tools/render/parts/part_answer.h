@@ -35,12 +35,12 @@ inline PathSurface surface_of(const PartHit& hit) {
   return surface;
 }
 
-enum class RayState : std::uint8_t { kMiss, kHit, kFailed };
+enum class VisitResult : std::uint8_t { kMiss, kHit, kFailed };
 
 /// The answers to a batch of rays, in their order.
 struct PartAnswer {
   Query query = Query::kClosest;  ///< Of the question.
-  std::vector<RayState> states;
+  std::vector<VisitResult> results;
   // Only for Query::kClosest and for rays with kHit.
   std::vector<PartHit> hits;
   std::vector<std::uint32_t> paths;  ///< `levels` numbers per hit (instance_paths.h). The first is that of the scene.

@@ -35,11 +35,13 @@ PartAnswer PartTracer::trace(Query query, std::span<const Ray> rays) const {
                                  paths.empty() ? nullptr : paths.data()));
   PartAnswer answer;
   answer.query = query;
-  answer.states.reserve(rays.size());
+  answer.results.reserve(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Hit& hit = hits[i];
-    answer.states.push_back(hit.failed() ? RayState::kFailed : hit.found() ? RayState::kHit : RayState::kMiss);
-    if (query == Query::kAny || answer.states.back() != RayState::kHit) continue;
+    answer.results.push_back(hit.failed()  ? VisitResult::kFailed
+                             : hit.found() ? VisitResult::kHit
+                                           : VisitResult::kMiss);
+    if (query == Query::kAny || answer.results.back() != VisitResult::kHit) continue;
     const auto path = std::span(paths).subspan(i * own_levels, own_levels);
     const PathSurface surface = surface_at(scene, rays[i], hit, load_path(path));
     answer.hits.push_back({hit, surface.geometric, surface.normal, surface.base_color, surface.coordinates,

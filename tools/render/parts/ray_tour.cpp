@@ -46,21 +46,21 @@ RayTour::Parcel RayTour::take(std::uint32_t part, std::size_t most) {
 }
 
 bool RayTour::give(const Parcel& parcel, const PartAnswer& answer) {
-  if (answer.query != query_ || answer.states.size() != parcel.numbers.size()) return false;
+  if (answer.query != query_ || answer.results.size() != parcel.numbers.size()) return false;
   std::size_t next_hit = 0;
   for (std::size_t k = 0; k < parcel.numbers.size(); ++k) {
     const std::uint32_t ray = parcel.numbers[k];
     Hit& best = hits_.hits[ray];
     bool ends = false;
-    switch (answer.states[k]) {
-      case RayState::kMiss:
+    switch (answer.results[k]) {
+      case VisitResult::kMiss:
         break;
-      case RayState::kFailed:
+      case VisitResult::kFailed:
         best = {};
         best.t = std::numeric_limits<float>::quiet_NaN();
         ends = true;
         break;
-      case RayState::kHit:
+      case VisitResult::kHit:
         if (query_ == Query::kClosest) {
           take_closest(ray, answer.hits[next_hit],
                        std::span(answer.paths).subspan(next_hit * hits_.levels, hits_.levels));
