@@ -78,12 +78,13 @@ struct Stage {
   std::span<const std::byte> bytes() const { return parts ? parts->bytes.bytes() : file.view.bytes; }
 };
 
-build::Result<std::unique_ptr<PictureEngine>> make_engine(const RenderCommand& command, Stage& stage, Ranks& ranks) {
+build::Result<std::unique_ptr<PictureEngine>> make_engine(const RenderCommand& command, Stage& stage, Ranks& ranks,
+                                                          const GpuChoice& gpus) {
   const auto as_engine = [](auto made) -> build::Result<std::unique_ptr<PictureEngine>> {
     if (!made) return tl::unexpected(std::move(made.error()));
     return std::move(*made);
   };
-  if (stage.parts) return as_engine(PartsEngine::make(command, *stage.parts, stage.camera, ranks));
+  if (stage.parts) return as_engine(PartsEngine::make(command, *stage.parts, stage.camera, ranks, gpus));
   return as_engine(SceneEngine::make(command, stage.subject.view, stage.camera, stage.tracer()));
 }
 
@@ -157,13 +158,12 @@ class FirstRank {
   PictureKey key() const { return picture_key(tool_version(kInfo), stage_.bytes(), command_, stage_.camera); }
 
   build::Result<void> prepare() {
-    GpuChoice gpus;
     if (!alone()) {
       const auto share = start_.gather(own_means(ranks_, command_.device != "cpu"));
       if (!share) return tl::unexpected(share.error());
-      gpus = take_share(*share, command_.render.threads);
+      gpus_ = take_share(*share, command_.render.threads);
     }
-    return is_parts_ ? prepare_parts() : prepare_scene(gpus);
+    return is_parts_ ? prepare_parts() : prepare_scene();
   }
 
   build::Result<void> prepare_parts() {
@@ -179,7 +179,7 @@ class FirstRank {
     return {};
   }
 
-  build::Result<void> prepare_scene(const GpuChoice& gpus) {
+  build::Result<void> prepare_scene() {
     // The ranks of a host share the pages of a mapped file.
     auto file = alone() || command_.ranks.broadcast ? load_bvh(command_.path, command_.render.threads)
                                                     : map_bvh(command_.path, command_.render.threads);
@@ -191,7 +191,7 @@ class FirstRank {
     if (!camera) return tl::unexpected(camera.error());
     stage_.camera = *camera;
     if (!alone()) start_.begin(std::as_const(stage_.file.buffer).bytes(), stage_.camera, command_.ranks.broadcast);
-    if (auto chosen = choose_subject_and_tracer(command_, gpus, stage_); !chosen) return chosen;
+    if (auto chosen = choose_subject_and_tracer(command_, gpus_, stage_); !chosen) return chosen;
     if (auto ready = prepare_paths(cli_, command_, stage_.subject.view, stage_.camera); !ready) return ready;
     if (!alone() && command_.paths.chosen()) start_.send(command_.paths.data());
     return {};
@@ -213,8 +213,9 @@ class FirstRank {
 
   build::Result<Rendering> render_by_units(const std::function<void(double)>& progress,
                                            const std::function<void(const Rendering&)>& keep) {
-    auto engine = make_engine(command_, stage_, ranks_);
+    auto engine = make_engine(command_, stage_, ranks_, gpus_);
     if (!engine) return tl::unexpected(std::move(engine.error()));
+    gpu_of_parts_ = (*engine)->gpu_name();
     PictureWork& work = (*engine)->work();
     std::optional<RankCrew> crew;
     if (!alone()) {
@@ -237,8 +238,9 @@ class FirstRank {
                   "cancelled: " + command_.outputs[0] + " has " + std::to_string(rendering.samples) + " of " +
                       std::to_string(command_.render.samples) + " samples" + resume_hint(command_.resume));
     if (auto compared = command_.compare.run(rendering.image, command_.render.threads); !compared) return compared;
-    print(cli_, {command_, stage_.camera, rendering, device_word(stage_.gpu), device_name(stage_.gpu), ranks_.size(),
-                 *pictures});
+    const bool on_gpu = !gpu_of_parts_.empty();
+    print(cli_, {command_, stage_.camera, rendering, on_gpu ? "gpu" : device_word(stage_.gpu),
+                 on_gpu ? gpu_of_parts_ : device_name(stage_.gpu), ranks_.size(), *pictures});
     return {};
   }
 
@@ -246,6 +248,8 @@ class FirstRank {
   RenderCommand& command_;
   Ranks& ranks_;
   bool is_parts_;
+  GpuChoice gpus_;
+  std::string gpu_of_parts_;
   RankWatch watch_;
   LeadStart start_;
   Stage stage_{};
@@ -283,7 +287,7 @@ build::Result<void> follow(RenderCommand& command, Ranks& ranks) {
     if (!data) return tl::unexpected(std::move(data.error()));
     command.paths.set_data(std::move(*data));
   }
-  auto engine = make_engine(command, stage, ranks);
+  auto engine = make_engine(command, stage, ranks, gpus);
   if (!engine) return tl::unexpected(std::move(engine.error()));
   start.ready(picture_key(tool_version(kInfo), stage.bytes(), command, stage.camera), (*engine)->work().workers());
   return compute_for_first_rank(ranks, (*engine)->work());

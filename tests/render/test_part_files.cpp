@@ -74,7 +74,7 @@ TEST_CASE("split: instances without shared objects are divided evenly, and into 
           low[axis] = std::min(low[axis], input.instances[i].center[axis]);
           high[axis] = std::max(high[axis], input.instances[i].center[axis]);
         }
-      // A rectangle of its instances, no longer than twice its width.
+      // A rectangle of its instances, at most twice as long as wide.
       const double width = high[0] - low[0] + 1, height = high[1] - low[1] + 1;
       CHECK(width * height == static_cast<double>(part.size()));
       CHECK(std::max(width, height) <= 2 * std::min(width, height));

@@ -300,7 +300,6 @@ TEST_CASE("bvhrender of parts: wrong options and files are told") {
   fails({parts.manifest()}, 1, "p.json is a scene in parts: only --integrator path renders it");
   fails(Words{parts.manifest(), "--lossy-ranks"} + path, 1, "so --lossy-ranks cannot go on");
   fails(Words{parts.manifest(), "--broadcast"} + path, 1, "--broadcast has none to send");
-  fails(Words{parts.manifest(), "--device", "gpu"} + path, 1, "only CPUs trace it");
   fails(Words{parts.manifest(), "--materials", parts.scene} + path, 1, "--materials: a scene in parts has");
   fails(Words{parts.manifest(), "--ray-memory", "64"} + path, 1, "--ray-memory is too small for 1 threads and 1 ranks");
   fails(Words{parts.manifest(), "--ray-memory", "x"} + path, 2, "--ray-memory");

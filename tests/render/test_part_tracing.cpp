@@ -173,7 +173,7 @@ TEST_CASE("parts: boxes near the root hold every part, and a router misses no pa
       auto files = parts.load(parts.manifest().parts[k]);
       auto tracer = PartTracer::make(std::move(files.bvh), std::move(files.data), parts.manifest().levels, settings);
       REQUIRE(tracer.has_value());
-      const PartAnswer answer = (*tracer)->trace(Query::kClosest, rays);
+      const PartAnswer answer = (*tracer)->trace(Query::kClosest, rays).value();
       std::size_t next = 0;
       for (std::size_t r = 0; r < rays.size(); ++r) {
         if (answer.results[r] != VisitResult::kHit) continue;

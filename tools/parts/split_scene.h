@@ -21,9 +21,9 @@ struct SplitInput {
   std::uint64_t instance_bytes = 0;               ///< Memory of an instance.
 };
 
-/// Cuts the instances in two at a plane, and the halves again. Of all planes across the three axes it takes the one
-/// with the least memory of the larger side, in proportion to the number of parts that the side becomes. A plane across
-/// the longest axis may be 5 % worse.
+/// Cuts the instances in two at a plane, and the halves again. Planes across the three axes are tried. The one with the
+/// least memory of the larger side is taken, in proportion to the parts that the side becomes. A plane across the
+/// longest axis may be 5 % worse.
 /// @param parts from 1 to the number of instances.
 /// @return the instances of each part, in ascending order; none is empty. Parts with neighbouring numbers are near each
 /// other.

@@ -20,7 +20,6 @@ build::Result<void> check_options(const RenderCommand& command) {
     return invalid_input(command.path + " is a scene in parts: " + what);
   };
   if (!command.paths.chosen()) return wrong("only --integrator path renders it");
-  if (command.device == "gpu") return wrong("only CPUs trace it, and --device is gpu");
   if (command.ranks.broadcast) return wrong("each rank reads its own files, --broadcast has none to send");
   if (command.ranks.lossy) return wrong("parts of it are gone with a lost rank, so --lossy-ranks cannot go on");
   return {};
@@ -85,7 +84,8 @@ build::Result<PartScene> part_scene_of(const RenderCommand& command, build::Buff
 }
 
 build::Result<std::unique_ptr<PartsEngine>> PartsEngine::make(const RenderCommand& command, const PartScene& scene,
-                                                              const Camera& camera, Ranks& ranks) {
+                                                              const Camera& camera, Ranks& ranks,
+                                                              const GpuChoice& gpus) {
   std::unique_ptr<PartsEngine> engine(new PartsEngine(command, scene, ranks));
   const PathOptions options = command.paths.options(command.render);
   const PathSettings settings = settings_of(options, camera);
@@ -105,7 +105,7 @@ build::Result<std::unique_ptr<PartsEngine>> PartsEngine::make(const RenderComman
   for (std::size_t i = 0; i < scene.manifest.parts.size(); ++i) {
     auto& tracer = setup.tracers.emplace_back();
     if (setup.owner[i] != rank) continue;
-    auto loaded = engine->load_own(i, settings);
+    auto loaded = engine->load_own(i, settings, gpus);
     if (!loaded) return tl::unexpected(std::move(loaded.error()));
     tracer = std::move(*loaded);
   }
@@ -121,7 +121,6 @@ build::Result<void> PartsEngine::load_shared(const PathSettings& settings, PartE
   if (scene_.manifest.shared) {
     auto files = load_part(scene_.manifest, *scene_.manifest.shared, command_.render.threads, command_.max_memory);
     if (!files) return tl::unexpected(std::move(files.error()));
-    bytes_read_ += scene_.manifest.shared->bytes();
     shared_file_ = std::move(files->bvh);
     data = std::move(files->data);
     view = shared_host_.scene(shared_file_.view);
@@ -140,14 +139,19 @@ build::Result<void> PartsEngine::load_shared(const PathSettings& settings, PartE
   return {};
 }
 
-build::Result<std::unique_ptr<PartTracer>> PartsEngine::load_own(std::size_t number, const PathSettings& settings) {
+build::Result<std::unique_ptr<PartTracer>> PartsEngine::load_own(std::size_t number, const PathSettings& settings,
+                                                                 const GpuChoice& gpus) {
   const ScenePart& part = scene_.manifest.parts[number];
   auto files = load_part(scene_.manifest, part, command_.render.threads, command_.max_memory);
   if (!files) return tl::unexpected(std::move(files.error()));
-  bytes_read_ += part.bytes();
   auto tracer =
       PartTracer::make(std::move(files->bvh.buffer), std::move(files->data), scene_.manifest.levels, settings);
   if (!tracer) return fail(tracer.error().code, scene_.manifest.path_of(part.bvh) + ": " + tracer.error().message);
+  auto gpu = choose_device(value_of(kDeviceChoices, command_.device), (*tracer)->view(), {}, gpus);
+  if (!gpu) return tl::unexpected(std::move(gpu.error()));
+  if (!*gpu) return tracer;
+  gpu_name_ = (*gpu)->device_name();
+  if (auto moved = (*tracer)->move_to(std::move(**gpu)); !moved) return tl::unexpected(std::move(moved.error()));
   return tracer;
 }
 

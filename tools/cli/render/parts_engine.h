@@ -4,6 +4,7 @@
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/ranks/rank_mail.h>
 #include <tools/cli/render/unit_render.h>
+#include <tools/cli/trace_device.h>
 #include <tools/parts/part_manifest.h>
 #include <tools/render/parts/part_work.h>
 
@@ -13,7 +14,7 @@
 
 namespace hiprt::tools {
 
-/// A manifest and its bytes, of which the picture's key is made.
+/// A manifest, and its bytes for the picture's key.
 struct PartScene {
   build::Buffer bytes;
   PartManifest manifest;
@@ -33,25 +34,25 @@ class PartsEngine : public PictureEngine {
   /// @return kInvalidInput for files that are not those of the manifest; the errors of load_bvh() and
   /// RayMemory::divide().
   static build::Result<std::unique_ptr<PartsEngine>> make(const RenderCommand& command, const PartScene& scene,
-                                                          const Camera& camera, Ranks& ranks);
+                                                          const Camera& camera, Ranks& ranks, const GpuChoice& gpus);
 
   PictureWork& work() override { return *work_; }
   build::Result<Image> layers() override;
   void stop_layers() override { layers_stopped_ = true; }
-  /// Of the files that this rank has read.
-  std::uint64_t bytes_read() const { return bytes_read_; }
+  std::string gpu_name() const override { return gpu_name_; }
 
  private:
   PartsEngine(const RenderCommand& command, const PartScene& scene, Ranks& ranks)
       : command_(command), scene_(scene), mail_(ranks) {}
 
   build::Result<void> load_shared(const PathSettings& settings, PartExchange::Setup& setup);
-  build::Result<std::unique_ptr<PartTracer>> load_own(std::size_t number, const PathSettings& settings);
+  build::Result<std::unique_ptr<PartTracer>> load_own(std::size_t number, const PathSettings& settings,
+                                                      const GpuChoice& gpus);
 
   const RenderCommand& command_;
   const PartScene& scene_;
   RankMail mail_;
-  std::uint64_t bytes_read_ = 0;
+  std::string gpu_name_;
   BvhFile shared_file_{};
   HostPart shared_host_;
   PathData shared_data_;

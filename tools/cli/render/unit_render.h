@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 namespace hiprt::tools {
 
@@ -25,8 +26,10 @@ class PictureEngine {
   virtual PictureWork& work() = 0;
   /// With --integrator path: the picture with all layers but the colours. May run beside work().
   virtual build::Result<Image> layers() = 0;
-  /// Called when the result of layers() is of no use any more: a call that waits for other processes returns soon.
+  /// Called when nobody needs the result of layers(): a call that waits for other processes returns soon.
   virtual void stop_layers() {}
+  /// Name of the GPU that traces parts of a scene; empty: none does.
+  virtual std::string gpu_name() const { return {}; }
 };
 
 /// Of a scene that this process has as a whole.

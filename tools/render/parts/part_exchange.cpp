@@ -94,7 +94,9 @@ build::Result<void> PartExchange::run(Call& call) {
     if (call.stopped || interrupted()) return fail(build::ErrorCode::kCancelled, "cancelled");
     // Rays to other processes leave first: these trace while this one does.
     const bool all_sent = send(call);
-    if (visit_own(call)) continue;
+    const auto visited = visit_own(call);
+    if (!visited) return tl::unexpected(visited.error());
+    if (*visited) continue;
     if (call.waiting.empty()) {
       if (all_sent) continue;
       // Other threads have all credit. They get answers, and give it back.
@@ -130,15 +132,17 @@ bool PartExchange::send(Call& call) {
 }
 
 /// Visits parts of this process. @return whether there were any rays for them.
-bool PartExchange::visit_own(Call& call) const {
+build::Result<bool> PartExchange::visit_own(Call& call) const {
   bool any = false;
   for (std::uint32_t part = 0; part < setup_.tracers.size(); ++part) {
     const std::size_t ready = setup_.tracers[part] == nullptr ? 0 : call.tour.ready(part);
     if (ready == 0) continue;
     const RayTour::Parcel parcel = call.tour.take(part, ready);
     any = true;
+    const auto answer = setup_.tracers[part]->trace(call.query, parcel.rays);
+    if (!answer) return tl::unexpected(answer.error());
     // It fits: the rays are the parcel's.
-    static_cast<void>(call.tour.give(parcel, setup_.tracers[part]->trace(call.query, parcel.rays)));
+    static_cast<void>(call.tour.give(parcel, *answer));
   }
   return any;
 }
@@ -184,7 +188,8 @@ std::vector<std::byte> PartExchange::answer_to(const PartQuestion& question) con
                                                                                " is in another process: do all "
                                                                                "ranks have the same manifest?"});
   try {
-    return encode(question.number, tracer->trace(question.query, question.rays));
+    const auto answer = tracer->trace(question.query, question.rays);
+    return answer ? encode(question.number, *answer) : encode_fault(question.number, answer.error());
   } catch (const std::bad_alloc& failure) {
     return encode_fault(question.number, build::out_of_memory({"for rays of other processes"}, failure));
   }

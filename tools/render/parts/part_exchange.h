@@ -40,8 +40,8 @@ class PartExchange {
 
   /// Traces rays through the whole scene. They have tmin 0 and all bits of the mask.
   /// @param hits of Query::kAny: found or not. Of Query::kClosest its paths are those of the whole scene.
-  /// @param shared_paths of Query::kClosest: of hits in the shared part the path in it (shared->view.levels numbers per
-  /// ray), of other hits kInvalidId.
+  /// @param shared_paths of Query::kClosest: shared->view.levels numbers per ray. Of hits in the shared part the path
+  /// in it, of others kInvalidId.
   /// @param slot that no other thread uses at the same time. @param stopped ends the call soon when it becomes true.
   /// @param counts gets what has gone to other processes and come back.
   /// @return the error of RayMail::health(), of a process that could not answer, or kCancelled if it was stopped or
@@ -57,7 +57,7 @@ class PartExchange {
 
   void trace_shared(Query query, std::span<const Ray> rays, const TourHits& hits, std::uint32_t* shared_paths) const;
   build::Result<void> run(Call& call);
-  bool visit_own(Call& call) const;
+  build::Result<bool> visit_own(Call& call) const;
   bool send(Call& call);
   build::Result<void> receive(Call& call, bool all_sent);
   void serve();

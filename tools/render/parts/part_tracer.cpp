@@ -25,14 +25,35 @@ build::Result<std::unique_ptr<PartTracer>> PartTracer::make(build::Buffer bvh, P
   return part;
 }
 
-PartAnswer PartTracer::trace(Query query, std::span<const Ray> rays) const {
+build::Result<void> PartTracer::move_to(GpuTracer tracer) {
+  gpu_ = std::move(tracer);
+  auto copied = GpuPathScene::make(*gpu_, arrays_, scene_->settings);
+  if (!copied) return tl::unexpected(std::move(copied.error()));
+  gpu_scene_ = std::move(*copied);
+  return {};
+}
+
+build::Result<void> PartTracer::find_hits(Query query, std::span<const Ray> rays, std::span<Hit> hits,
+                                          std::span<std::uint32_t> paths) const {
+  if (gpu_) {
+    const std::lock_guard lock(gpu_mutex_);
+    auto done = gpu_->make_current();
+    if (!done) return done;
+    auto traced = gpu_->trace(query, {}, rays, hits, {}, paths, gpu_scene_->cutout_scene());
+    if (!traced) return tl::unexpected(std::move(traced.error()));
+    return {};
+  }
+  const CpuPathEngine engine(*scene_, alpha_cutout_);
+  return engine.trace(query, rays.data(), static_cast<std::uint32_t>(rays.size()), hits.data(),
+                      paths.empty() ? nullptr : paths.data());
+}
+
+build::Result<PartAnswer> PartTracer::trace(Query query, std::span<const Ray> rays) const {
   const PathScene& scene = *scene_;
   const std::uint32_t own_levels = scene.view.levels;
   std::vector<Hit> hits(rays.size());
   std::vector<std::uint32_t> paths(query == Query::kClosest ? rays.size() * own_levels : 0);
-  const CpuPathEngine engine(scene, alpha_cutout_);
-  static_cast<void>(engine.trace(query, rays.data(), static_cast<std::uint32_t>(rays.size()), hits.data(),
-                                 paths.empty() ? nullptr : paths.data()));
+  if (auto found = find_hits(query, rays, hits, paths); !found) return tl::unexpected(std::move(found.error()));
   PartAnswer answer;
   answer.query = query;
   answer.results.reserve(rays.size());

@@ -55,8 +55,8 @@ class PartWork : public PictureWork {
   std::vector<unsigned> free_slots_;
 };
 
-/// Fills the layers of a picture that belong to the rays through the pixels' centres, without costs: these depend on
-/// the tree, and the parts have trees of their own.
+/// Fills the layers of a picture that belong to the rays through the pixels' centres. Costs are left out: they depend
+/// on the tree, and parts have trees of their own.
 /// @param image of the size of the settings. @param slot, stopped of PartExchange::trace().
 build::Result<void> store_part_layers(const PathScene& scene, PartExchange& exchange, unsigned slot,
                                       const std::atomic<bool>& stopped, Image& image);

@@ -2,7 +2,7 @@
 /// How many rays this process may have on their way to each other process.
 ///
 /// A process takes credit before it sends rays and gets it back with their answers. So a receiver never holds more rays
-/// than all senders have credit for, and a sender has room for every answer: nobody waits to get rid of a message.
+/// than all senders have credit for, and a sender has room for every answer. Nobody waits to get rid of a message.
 
 #include <algorithm>
 #include <chrono>

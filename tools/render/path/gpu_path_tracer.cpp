@@ -1,20 +1,19 @@
 #include <tools/render/path/gpu_path_tracer.h>
 
 #include <tools/render/path/gpu_path_kernels.h>
+#include <tools/render/path/gpu_path_scene.h>
 #include <tools/render/path/path_wave.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
 #include <hiprt_build/gpu/gpu.h>
 
-#include <tuple>
+#include <utility>
 
 namespace hiprt::tools {
 namespace {
 
 /// Paths of a batch: they fill a GPU many times over, and take 600 MB, and 8 MB for each level of instances.
 constexpr std::uint32_t kCapacity = 1u << 21;
-
-template <class T> using PathDeviceArray = gpu::DeviceArray<T>;
 
 /// A wave's steps on a stream of the current device.
 class GpuPathEngine {
@@ -54,62 +53,40 @@ class GpuPathEngine {
 }  // namespace
 
 struct GpuPathTracer::State {
-  State(GpuTracer& of_scene, const PathSettings& settings) : tracer(of_scene), scene{of_scene.scene(), {}, settings} {}
+  State(GpuTracer& of_scene, GpuPathScene copied) : tracer(of_scene), scene(std::move(copied)) {}
 
   GpuTracer& tracer;
   gpu::DeviceAllocator allocator;
-  PathArrays<PathDeviceArray> arrays;
-  PathScene scene;
-  gpu::DeviceArray<PathScene> on_device;  ///< Copy of `scene` for filters. Empty: no material has an alpha cut-out.
+  GpuPathScene scene;
   gpu::DeviceArray<PathSum> sums;
   PathSums rectangle{};  ///< In `sums`.
   std::unique_ptr<GpuPathEngine> engine;
   std::unique_ptr<PathWave<GpuPathEngine>> wave;
 
-  build::Result<void> upload(const PathData& data);
-  build::Result<void> prepare(bool alpha_cutout);
+  build::Result<void> prepare();
 };
 
-build::Result<void> GpuPathTracer::State::upload(const PathData& data) {
-  build::Result<void> done;
-  PathData::for_each(data, arrays, [&](const auto& from, auto& to) {
-    using Element = typename std::decay_t<decltype(from)>::value_type;
-    if (!done) return;
-    auto made = gpu::DeviceArray<Element>::from(from, nullptr, allocator);
-    if (made)
-      to = std::move(*made);
-    else
-      done = tl::unexpected(std::move(made.error()));
-  });
-  PathData::for_each(arrays, scene.arrays, [](const auto& from, auto& to) { to = {from.data(), from.size()}; });
-  return done;
-}
-
-build::Result<void> GpuPathTracer::State::prepare(bool alpha_cutout) {
-  const auto pixels = std::size_t{scene.settings.width} * scene.settings.height;
+build::Result<void> GpuPathTracer::State::prepare() {
+  const PathSettings& settings = scene.scene().settings;
+  const auto pixels = std::size_t{settings.width} * settings.height;
   auto all = gpu::DeviceArray<PathSum>::make(pixels, nullptr, allocator);
   if (!all) return tl::unexpected(std::move(all.error()));
   sums = std::move(*all);
-  rectangle = {sums.data(), 0, 0, scene.settings.width};
+  rectangle = {sums.data(), 0, 0, settings.width};
   if (auto cleared = sums.fill(std::byte{0}, nullptr); !cleared) return cleared;
-  if (alpha_cutout) {
-    auto copy = gpu::DeviceArray<PathScene>::from(std::span(&scene, 1), nullptr, allocator);
-    if (!copy) return tl::unexpected(std::move(copy.error()));
-    on_device = std::move(*copy);
-  }
-  engine = std::make_unique<GpuPathEngine>(tracer, scene, on_device.data(), allocator);
-  auto made = PathWave<GpuPathEngine>::make(*engine, scene, kCapacity);
+  engine = std::make_unique<GpuPathEngine>(tracer, scene.scene(), scene.cutout_scene(), allocator);
+  auto made = PathWave<GpuPathEngine>::make(*engine, scene.scene(), kCapacity);
   if (!made) return tl::unexpected(std::move(made.error()));
   wave = std::make_unique<PathWave<GpuPathEngine>>(std::move(*made));
-  return gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", "copying materials");
+  return gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", "memory of a picture");
 }
 
 build::Result<GpuPathTracer> GpuPathTracer::make(GpuTracer& tracer, const PathData& data,
                                                  const PathSettings& settings) {
-  auto state = std::make_unique<State>(tracer, settings);
-  auto done = state->upload(data);
-  if (done) done = state->prepare(has_alpha_cutout(data));
-  if (!done) return tl::unexpected(std::move(done.error()));
+  auto scene = GpuPathScene::make(tracer, data, settings);
+  if (!scene) return tl::unexpected(std::move(scene.error()));
+  auto state = std::make_unique<State>(tracer, std::move(*scene));
+  if (auto done = state->prepare(); !done) return tl::unexpected(std::move(done.error()));
   return GpuPathTracer(std::move(state));
 }
 

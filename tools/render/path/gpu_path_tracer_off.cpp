@@ -1,8 +1,24 @@
-/// GpuPathTracer of builds without GPU code: there is no GpuTracer to make it of.
+/// GpuPathScene and GpuPathTracer of builds without GPU code: there is no GpuTracer to make them of.
 
+#include <tools/render/path/gpu_path_scene.h>
 #include <tools/render/path/gpu_path_tracer.h>
 
 namespace hiprt::tools {
+
+struct GpuPathScene::State {
+  PathScene scene;
+};
+
+build::Result<GpuPathScene> GpuPathScene::make(GpuTracer&, const PathData&, const PathSettings&) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
+}
+
+GpuPathScene::GpuPathScene(GpuPathScene&&) noexcept = default;
+GpuPathScene& GpuPathScene::operator=(GpuPathScene&&) noexcept = default;
+GpuPathScene::~GpuPathScene() = default;
+
+const PathScene& GpuPathScene::scene() const { return state_->scene; }
+const PathScene* GpuPathScene::cutout_scene() const { return nullptr; }
 
 struct GpuPathTracer::State {};
 

@@ -49,9 +49,10 @@ struct GpuTracer::State {
                              bool alpha_cutout = false) const;
   build::Result<void> reserve(const Launch& launch, std::size_t count);
   build::Result<double> trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to,
-                                   std::span<std::uint32_t> to_paths);
+                                   std::span<std::uint32_t> to_paths, const PathScene* cutout_scene);
   build::Result<void> start(const Launch& launch, const DeviceRays& rays, const PathScene* cutout_scene);
-  build::Result<double> run(const Launch& launch, std::uint32_t count, GpuCounts& counted);
+  build::Result<double> run(const Launch& launch, std::uint32_t count, const PathScene* cutout_scene,
+                            GpuCounts& counted);
 };
 
 build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool with_paths,
@@ -119,10 +120,12 @@ build::Result<void> GpuTracer::State::start(const Launch& launch, const DeviceRa
 }
 
 /// The kernel alone. @return seconds. @param counted filled once the stream has been waited for, as it has here.
-build::Result<double> GpuTracer::State::run(const Launch& launch, std::uint32_t count, GpuCounts& counted) {
+build::Result<double> GpuTracer::State::run(const Launch& launch, std::uint32_t count, const PathScene* cutout_scene,
+                                            GpuCounts& counted) {
   auto done = counts.fill(std::byte{0}, nullptr);
   if (done) done = watch.start(nullptr);
-  if (done) done = start(launch, {rays.data(), hits.data(), launch.paths ? paths.data() : nullptr, count}, nullptr);
+  if (done)
+    done = start(launch, {rays.data(), hits.data(), launch.paths ? paths.data() : nullptr, count}, cutout_scene);
   if (done) done = watch.stop(nullptr);
   if (done) done = counts.download(std::span(&counted, 1), nullptr);
   if (done) done = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", "trace_rays, ", count, " rays");
@@ -133,11 +136,11 @@ build::Result<double> GpuTracer::State::run(const Launch& launch, std::uint32_t 
 }
 
 build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to,
-                                                   std::span<std::uint32_t> to_paths) {
+                                                   std::span<std::uint32_t> to_paths, const PathScene* cutout_scene) {
   GpuCounts counted{};
   auto done = rays.upload(from, nullptr);
   if (!done) return tl::unexpected(std::move(done.error()));
-  auto seconds = run(launch, static_cast<std::uint32_t>(from.size()), counted);
+  auto seconds = run(launch, static_cast<std::uint32_t>(from.size()), cutout_scene, counted);
   if (!seconds) return seconds;
   if (counted.overflowed_rays != 0)
     return gpu::fail(gpu::ErrorCode::kGpu, counted.overflowed_rays, " of ", from.size(),
@@ -216,9 +219,9 @@ build::Result<void> GpuTracer::trace_on_device(Query query, const DeviceRays& ra
 
 build::Result<double> GpuTracer::trace(Query query, const TracePolicies& policies, std::span<const Ray> rays,
                                        std::span<Hit> hits, const std::function<void(double)>& progress,
-                                       std::span<std::uint32_t> paths) {
+                                       std::span<std::uint32_t> paths, const PathScene* cutout_scene) {
   if (rays.empty()) return 0.0;
-  const auto launch = state_->plan(query, policies, !paths.empty());
+  const auto launch = state_->plan(query, policies, !paths.empty(), cutout_scene != nullptr);
   if (!launch) return tl::unexpected(launch.error());
   const std::size_t most = state_->options.rays_at_once;
   if (auto reserved = state_->reserve(*launch, std::min(most, rays.size())); !reserved)
@@ -229,7 +232,7 @@ build::Result<double> GpuTracer::trace(Query query, const TracePolicies& policie
     const std::size_t count = std::min(most, rays.size() - begin);
     const std::size_t levels = paths.empty() ? 0 : state_->scene.view.levels;
     auto part = state_->trace_part(*launch, rays.subspan(begin, count), hits.subspan(begin, count),
-                                   paths.subspan(begin * levels, count * levels));
+                                   paths.subspan(begin * levels, count * levels), cutout_scene);
     if (!part) return part;
     seconds += *part;
     if (progress) progress(static_cast<double>(begin + count) / static_cast<double>(rays.size()));

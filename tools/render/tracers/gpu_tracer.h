@@ -70,14 +70,14 @@ class GpuTracer {
   /// Traces rays[i] into hits[i], part by part, so that device memory stays bounded.
   /// @param hits as many as rays: the same, bit for bit, as the hits of trace().
   /// @param progress called after every part with the finished fraction.
-  /// @param paths as for trace().
+  /// @param paths as for trace(). @param cutout_scene as for trace_on_device(), with the default policies.
   /// @return the seconds that the device spent in kernels, or an error:
   /// - kCancelled: interrupted() became true between parts;
   /// - kOutOfMemory;
   /// - kGpu: also if rays overflowed their stacks. The message names their number and the stack's bound.
   build::Result<double> trace(Query query, const TracePolicies& policies, std::span<const Ray> rays,
                               std::span<Hit> hits, const std::function<void(double)>& progress = {},
-                              std::span<std::uint32_t> paths = {});
+                              std::span<std::uint32_t> paths = {}, const PathScene* cutout_scene = nullptr);
 
  private:
   struct State;

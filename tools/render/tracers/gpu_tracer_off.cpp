@@ -33,7 +33,7 @@ build::Result<void> GpuTracer::trace_on_device(Query, const DeviceRays&, const P
 }
 
 build::Result<double> GpuTracer::trace(Query, const TracePolicies&, std::span<const Ray>, std::span<Hit>,
-                                       const std::function<void(double)>&, std::span<std::uint32_t>) {
+                                       const std::function<void(double)>&, std::span<std::uint32_t>, const PathScene*) {
   return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
 }
 

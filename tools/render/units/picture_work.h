@@ -45,7 +45,7 @@ class PictureWork {
   /// is not read if `first` is 0.
   /// @return the numbers of traced rays; kInvalidInput if the tracer refuses the scene; errors of the GPU.
   virtual build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) = 0;
-  /// Called when the results of run() are of no use any more: calls that wait for other processes return soon.
+  /// Called when nobody needs the results of run(): calls that wait for other processes return soon.
   virtual void stop() {}
 };
 
