@@ -55,7 +55,7 @@ Ranks::Ranks() : service_(std::make_shared<RankService>(nullptr, RankOptions{}))
 build::Result<std::unique_ptr<Ranks>> Ranks::join(const RankOptions& options) {
   const auto launch = launch_of_environment();
   if (!launch || launch->size == 1) return std::make_unique<Ranks>();
-  if (options.lossy) use_transport_that_survives();
+  if (options.lossy || mpirun_recovers()) use_transport_that_survives();
   return join(make_wire(), options);
 }
 

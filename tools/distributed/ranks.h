@@ -28,8 +28,9 @@ class RankService;
 class Wire;
 
 struct RankOptions {
-  /// Whether the run may go on after a rank was lost. Open MPI then talks through TCP, unless the user has set
-  /// OMPI_MCA_btl. A rank that dies while it writes to shared memory would block its readers for ever.
+  /// Whether the run may go on after a rank was lost. Open MPI then talks through TCP, also under mpirun
+  /// --enable-recovery, unless the user has set OMPI_MCA_btl. A rank that dies while it writes to shared memory would
+  /// block its readers for ever.
   bool lossy = false;
   std::chrono::milliseconds beat{500};        ///< Between two signs of life.
   std::chrono::milliseconds silence{30'000};  ///< A rank that gives no sign for so long is lost.
