@@ -9,7 +9,7 @@
 #include <tools/render/units/picture_state.h>
 
 #include <atomic>
-#include <cstring>
+#include <span>
 
 using namespace hiprt;
 using namespace hiprt::test;
@@ -38,7 +38,11 @@ std::vector<Ray> random_rays(oracle::Random& random, std::size_t count) {
   return rays;
 }
 
-bool same_bits(const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+/// NaN and both zeros count, too.
+bool same_bits(const auto& a, const auto& b) {
+  const auto bytes_a = std::as_bytes(std::span(&a, 1)), bytes_b = std::as_bytes(std::span(&b, 1));
+  return std::equal(bytes_a.begin(), bytes_a.end(), bytes_b.begin());
+}
 
 struct Found {
   Found(std::size_t rays, std::uint32_t levels_of_scene, std::uint32_t shared_levels)

@@ -6,6 +6,10 @@
 #include <tools/build/build_request.h>
 #include <tools/scene_io/scene/scene_description.h>
 
+#include <cstdint>
+#include <tuple>
+#include <vector>
+
 namespace hiprt::tools {
 
 /// How the cache was used. With no cache all counts are 0.
@@ -43,7 +47,9 @@ struct SceneSelection {
     std::vector<std::uint32_t> instances;  ///< Of the original, ascending.
     std::vector<std::uint32_t> objects;    ///< Of each instance: first come `files`, then `groups`.
 
-    friend auto operator<=>(const Group&, const Group&) = default;
+    friend bool operator<(const Group& a, const Group& b) {
+      return std::tie(a.original, a.instances, a.objects) < std::tie(b.original, b.instances, b.objects);
+    }
   };
   std::vector<std::uint32_t> files;  ///< Objects with geometries, ascending.
   std::vector<Group> groups;         ///< They have objects of lower numbers. The last one is the scene.

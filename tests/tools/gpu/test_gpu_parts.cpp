@@ -3,7 +3,8 @@
 #include <tests/render/part_scenes.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
-#include <cstring>
+#include <algorithm>
+#include <span>
 
 using namespace hiprt;
 using namespace hiprt::test;
@@ -38,8 +39,8 @@ TEST_CASE("a GPU's answers for parts of a scene are the CPU's") {
         CHECK(expected->results == found->results);
         CHECK(expected->paths == found->paths);
         REQUIRE(expected->hits.size() == found->hits.size());
-        for (std::size_t i = 0; i < found->hits.size(); ++i)
-          REQUIRE(std::memcmp(&expected->hits[i], &found->hits[i], sizeof(PartHit)) == 0);
+        const auto a = std::as_bytes(std::span(expected->hits)), b = std::as_bytes(std::span(found->hits));
+        CHECK(std::equal(a.begin(), a.end(), b.begin()));
         hits += found->hits.size();
       }
     }
