@@ -36,7 +36,7 @@ class PartWork : public PictureWork {
   std::uint32_t steps() const override { return samples_; }
   std::size_t pixel_bytes() const override { return sizeof(PathSum); }
   unsigned workers() const override { return workers_; }
-  /// Lets the calling thread give way to those that answer other processes.
+  /// Lets the calling thread give way to threads that answer other processes.
   build::Result<void> enter() override;
   build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) override;
   void stop() override { stopped_ = true; }
