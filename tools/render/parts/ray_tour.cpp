@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <tuple>
 
 namespace hiprt::tools {
 
@@ -84,11 +83,8 @@ void RayTour::take_closest(std::uint32_t ray, const PartHit& found, std::span<co
   const std::span<std::uint32_t> best_path(hits_.paths + std::size_t{ray} * hits_.levels, hits_.levels);
   const auto comes_first = [&] {
     if (!best.found() || found.hit.t != best.t) return !best.found() || found.hit.t < best.t;
-    // As one traversal decides (query_core.h): the path, the geometry, the primitive. A path comes before the paths
-    // that it begins: behind its end are kInvalidId, so one is added to every number.
-    for (std::size_t k = 0; k < path.size(); ++k)
-      if (path[k] != best_path[k]) return path[k] + 1 < best_path[k] + 1;
-    return std::tie(found.hit.geometry, found.hit.primitive) < std::tie(best.geometry, best.primitive);
+    // As one traversal decides (query_core.h). Two parts have no path in common, and none that begins the other.
+    return std::lexicographical_compare(path.begin(), path.end(), best_path.begin(), best_path.end());
   };
   if (!comes_first()) return;
   best = found.hit;
