@@ -2,6 +2,10 @@
 /// plain files of its format. Errors, memory (-malloc_limit_mb) and time (-timeout) are libFuzzer's and the sanitizers'
 /// to see.
 
+#include "part_of_scene.h"
+
+#include <tools/base/read_input.h>
+#include <tools/parts/part_manifest.h>
 #include <tools/render/image/image_read.h>
 #include <tools/scene_io/exchange_json.h>
 #include <tools/scene_io/mesh/mesh_import.h>
@@ -96,6 +100,28 @@ void read_hits(const Path& path) { accepted(tools::read_hits(path)); }
 void read_paths(const Path& path) { accepted(tools::read_paths(path)); }
 void read_exr(const Path& path) { accepted(tools::read_exr_colors(path)); }
 
+void read_manifest(const Path& path) {
+  const auto bytes = tools::read_input(path);
+  if (!accepted(bytes)) return;
+  const std::string_view text(reinterpret_cast<const char*>(bytes->bytes().data()), bytes->size());
+  const auto manifest = tools::parse_part_manifest(text, path.string());
+  if (!accepted(manifest)) return;
+  require(tools::parse_part_manifest(tools::to_json(*manifest), path.string()).has_value(),
+          "a manifest that cannot be written and read again");
+}
+
+void read_part_data(const Path& path) {
+  static const build::Buffer bvh = fuzz::part_bvh();
+  const auto bytes = tools::read_input(path);
+  if (!accepted(bytes)) return;
+  const auto data = tools::decode_part_data(bytes->bytes(), *open_buffer(bvh.bytes()));
+  if (!accepted(data) || !data->surfaces) return;
+  for (const auto& object : data->surfaces->objects)
+    for (const tools::GeometrySurface& geometry : object)
+      for (const std::uint32_t material : geometry.materials)
+        require(material < data->surfaces->materials.size(), "a material that is not there");
+}
+
 /// The limit of texels is small, so that a large picture is no slow input.
 void read_picture(std::span<const std::byte> bytes) {
   const auto texture = tools::decode_picture(bytes, std::uint64_t{1} << 20);
@@ -109,15 +135,16 @@ struct Reader {
 };
 
 constexpr Reader kReaders[] = {
-    {"obj", "input.obj", read_mesh},      {"ply", "input.ply", read_mesh},
-    {"stl", "input.stl", read_mesh},      {"mesh", "input.mesh", read_mesh},
-    {"zst", "input.mesh.zst", read_mesh}, {"gltf", "input.gltf", read_gltf},
-    {"glb", "input.glb", read_gltf},      {"hair", "input.hair", read_shapes},
-    {"xyzr", "input.xyzr", read_shapes},  {"scene", "input.scene", read_scene},
-    {"json", "input.json", read_scene},   {"tree", "tree.json", read_tree},
-    {"exr", "input.exr", read_exr},       {"picture", "", nullptr},
-    {"rays", "input.rays", read_rays},    {"hits", "input.hits", read_hits},
-    {"paths", "input.paths", read_paths}, {"queries", "input.queries", read_queries},
+    {"obj", "input.obj", read_mesh},        {"ply", "input.ply", read_mesh},
+    {"stl", "input.stl", read_mesh},        {"mesh", "input.mesh", read_mesh},
+    {"zst", "input.mesh.zst", read_mesh},   {"gltf", "input.gltf", read_gltf},
+    {"glb", "input.glb", read_gltf},        {"hair", "input.hair", read_shapes},
+    {"xyzr", "input.xyzr", read_shapes},    {"scene", "input.scene", read_scene},
+    {"json", "input.json", read_scene},     {"tree", "tree.json", read_tree},
+    {"exr", "input.exr", read_exr},         {"picture", "", nullptr},
+    {"rays", "input.rays", read_rays},      {"hits", "input.hits", read_hits},
+    {"paths", "input.paths", read_paths},   {"queries", "input.queries", read_queries},
+    {"parts", "input.json", read_manifest}, {"part-data", "input.data", read_part_data},
 };
 
 const Reader* chosen = nullptr;

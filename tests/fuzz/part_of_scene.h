@@ -1,0 +1,46 @@
+#pragma once
+/// A part of a scene: the BVH file that data of parts must fit, and such data.
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
+#include <hiprt_build/instances.h>
+#include <tools/parts/part_data.h>
+
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace hiprt::fuzz {
+
+/// Two instances of a group with two instances of two triangles.
+inline build::Buffer part_bvh() {
+  const std::vector<build::Position> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  const std::vector<build::Triangle> triangles{{0, 1, 2}, {1, 3, 2}};
+  const build::TriangleMesh meshes[] = {{positions, triangles}};
+  auto mesh = build::build(meshes);
+  if (!mesh) throw std::runtime_error(mesh.error().message);
+  const std::span<const std::byte> files[] = {std::as_const(mesh->buffer).bytes()};
+  const std::vector<build::Instance> group{{.object = 0}, {.object = 0, .id = 1}}, scene{{.object = 1}, {.object = 1}};
+  const std::vector<std::span<const build::Instance>> groups{group, scene};
+  auto bvh = build::build_instances(build::InstancedScene{files, groups});
+  if (!bvh) throw std::runtime_error(bvh.error().message);
+  return std::move(bvh->buffer);
+}
+
+/// Data with everything that a part can have.
+inline tools::PartData part_data() {
+  tools::PartData data{{{1, 5}, {0, 7}}, tools::SceneSurfaces{}};
+  tools::SceneSurfaces& surfaces = *data.surfaces;
+  surfaces.textures.push_back({"", 2, 1, {0xff0000ffu, 0x8000ff00u}});
+  surfaces.materials.emplace_back().base_color_texture.texture = 0;
+  tools::GeometrySurface surface;
+  surface.triangles = {{0, 1, 2}, {1, 3, 2}};
+  surface.materials = {0, 0};
+  surface.coordinates = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
+  surface.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+  surfaces.objects.push_back({surface});
+  return data;
+}
+
+}  // namespace hiprt::fuzz
