@@ -63,7 +63,7 @@ TEST_CASE("split: instances without shared objects are divided evenly, and into 
   for (unsigned i = 0; i < 1024; ++i) {
     input.needs.push_back({i});
     input.file_bytes.push_back(99);
-    input.instances.push_back({{static_cast<double>(i % 32), static_cast<double>(i / 32), 0.0}, i});
+    input.instances.push_back({{static_cast<double>(i % 32), static_cast<double>(i >> 5), 0.0}, i});
   }
   for (const std::size_t parts : {2u, 4u, 16u}) {
     for (const auto& part : split_scene(input, parts)) {
