@@ -203,7 +203,7 @@ TEST_CASE("bvhrender of parts: a rank that is killed ends the run soon, and it g
   oracle::Random random(seed);
   const PartFolder parts(3);
   const bool full = checks::kWorkDivisor == 1;
-  const unsigned samples = 600, kills = full ? 100 : 4;
+  const unsigned samples = 400, kills = full ? 100 : 3;
   parts.render_whole("whole.png", samples);
   const std::string out = parts.folder / "parts.png", kept = parts.folder / "kept";
   const Words words =
