@@ -95,7 +95,7 @@ TEST_CASE("bvhrender under mpirun: a rank that is killed at a random moment") {
   unsigned survived = 0, ended = 0;
   // A rank that dies while the ranks meet holds the others up for a minute: only the full set tries that.
   const bool full = checks::kWorkDivisor == 1;
-  const unsigned kills = full ? 100 : 8;
+  const unsigned kills = full ? 100 : 4;
   for (unsigned i = 0; i < kills; ++i) {
     const bool paths = (i & 1u) != 0, lossy = (i & 2u) != 0;
     const unsigned victim = random.below(3), moment = full ? random.below(1500) : 500 + random.below(1000);
