@@ -399,6 +399,37 @@ class Explorer {
 
 }  // namespace
 
+TEST_CASE("exchange: a ray that a part could not trace has failed, and visits no other part") {
+  std::vector<ScenePart> parts(2);
+  for (ScenePart& part : parts) {
+    part.bounds = {{-1, -1, 1}, {1, 1, 2}};
+    part.boxes = {part.bounds};
+  }
+  const PartRouter router(parts);
+  Ray ray;
+  ray.direction = Vec3(0, 0, 1);
+  for (const Query query : {Query::kClosest, Query::kAny}) {
+    Hit hit;
+    std::uint32_t path = kInvalidId;
+    PathSurface surface;
+    RayTour tour(router, query, {&ray, 1}, {&hit, &path, &surface, 1});
+    REQUIRE(tour.ready(0) == 1);
+    const RayTour::Parcel parcel = tour.take(0, 1);
+    PartAnswer answer;
+    answer.query = query;
+    // Answers of another number of rays or another query change nothing.
+    CHECK_FALSE(tour.give(parcel, answer));
+    answer.results = {VisitResult::kFailed};
+    answer.query = query == Query::kAny ? Query::kClosest : Query::kAny;
+    CHECK_FALSE(tour.give(parcel, answer));
+    answer.query = query;
+    CHECK(tour.give(parcel, answer));
+    CHECK(tour.done());
+    CHECK(hit.failed());
+    CHECK_FALSE(hit.found());
+  }
+}
+
 TEST_CASE("exchange: every order of the messages of a small run ends with the right hits, and no deadlock") {
   // Parts one behind the other in the rays' direction.
   std::vector<ScenePart> parts(3);

@@ -227,8 +227,8 @@ TEST_CASE("bvhrender of parts: a rank that is killed ends the run soon, and it g
     }
     ++ended;
     CHECK_FALSE(result.err.empty());
-    // The picture so far may be there, of fewer samples. No other file is.
-    CHECK(parts.folder.names().size() <= 9);
+    // The picture so far may be there, of fewer samples, and the temporary file of a writer that was killed.
+    CHECK(parts.folder.names().size() <= 10);
   }
   std::printf("killed ranks of parts: %u of %u runs ended early\n", ended, kills);
   const CommandResult rest = run_bounded(under_mpirun(2, words));

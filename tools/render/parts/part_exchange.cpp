@@ -58,19 +58,7 @@ build::Result<void> PartExchange::trace(Query query, std::span<const Ray> rays, 
   Call call{query, RayTour(router_, query, rays, hits), slot, stopped, counts};
   auto done = run(call);
   for (const Call::Waiting& question : call.waiting) credit_.give_back(question.rank, question.parcel.numbers.size());
-  if (!done) return done;
-  // Where a part beat the shared part, the path in that says nothing.
-  if (query == Query::kAny || shared_paths == nullptr) return {};
-  const std::uint32_t levels = setup_.shared->view.levels;
-  std::vector<std::uint32_t> in_scene(hits.levels);
-  for (std::size_t i = 0; levels != 0 && i < rays.size(); ++i) {
-    const std::span<std::uint32_t> path(shared_paths + i * levels, levels);
-    if (path[0] == kInvalidId) continue;
-    setup_.shared_numbers.to_scene(path, in_scene);
-    if (!std::equal(in_scene.begin(), in_scene.end(), hits.paths + i * hits.levels))
-      std::fill(path.begin(), path.end(), kInvalidId);
-  }
-  return {};
+  return done;
 }
 
 void PartExchange::trace_shared(Query query, std::span<const Ray> rays, const TourHits& hits,

@@ -41,7 +41,7 @@ class PartExchange {
   /// Traces rays through the whole scene. They have tmin 0 and all bits of the mask.
   /// @param hits of Query::kAny: found or not. Of Query::kClosest its paths are those of the whole scene.
   /// @param shared_paths of Query::kClosest: shared->view.levels numbers per ray. Of hits in the shared part the path
-  /// in it, of others kInvalidId.
+  /// in it; of other hits they have no meaning.
   /// @param slot that no other thread uses at the same time. @param stopped ends the call soon when it becomes true.
   /// @param counts gets what has gone to other processes and come back.
   /// @return the error of RayMail::health(), of a process that could not answer, or kCancelled if it was stopped or
