@@ -32,12 +32,6 @@ void check_keys(const JsonLocation& location, const Json& object, const std::vec
   }
 }
 
-const Json& required(const JsonLocation& location, const Json& object, const char* key) {
-  const auto value = object.find(key);
-  if (value == object.end()) json_fault(location, std::string("'") + key + "' is missing");
-  return *value;
-}
-
 std::string word_at(const JsonLocation& location, const Json& asset, const char* key,
                     const std::vector<std::string>& known) {
   const auto value = asset.find(key);
@@ -66,9 +60,9 @@ Asset asset_of(const JsonLocation& location, const Json& value, const std::files
   check_keys(location, object, {"name", "files", "quality", "builder", "target", "nodes"});
   Asset asset;
   const JsonLocation name_at(location, "name"), files_at(location, "files");
-  asset.name = json_string(name_at, required(location, object, "name"));
+  asset.name = json_string(name_at, json_required(location, object, "name"));
   if (asset.name.empty()) json_fault(name_at, "the name is empty");
-  const Json& files = json_array(files_at, required(location, object, "files"));
+  const Json& files = json_array(files_at, json_required(location, object, "files"));
   if (files.empty()) json_fault(files_at, "there is no file in it; an asset has one or more");
   for (std::size_t i = 0; i < files.size(); ++i) add_file(JsonLocation(files_at, i), files[i], folder, asset);
   asset.quality = word_at(location, object, "quality", words(kQualities));
@@ -85,12 +79,13 @@ std::vector<Asset> assets_of(std::string_view text, const std::filesystem::path&
   json_object(root, document);
   check_keys(root, document, {"format", "version", "assets"});
   const JsonLocation format_at(root, "format"), version_at(root, "version"), assets_at(root, "assets");
-  if (const std::string& format = json_string(format_at, required(root, document, "format")); format != kFormatName)
+  if (const std::string& format = json_string(format_at, json_required(root, document, "format"));
+      format != kFormatName)
     json_fault(format_at, in_quotes(format) + "; expected 'hiprt assets'");
-  if (const std::uint32_t version = json_uint32(version_at, required(root, document, "version"));
+  if (const std::uint32_t version = json_uint32(version_at, json_required(root, document, "version"));
       version != kKnownVersion)
     json_fault(version_at, std::to_string(version) + "; this bvhbuild reads version 1");
-  const Json& list = json_array(assets_at, required(root, document, "assets"));
+  const Json& list = json_array(assets_at, json_required(root, document, "assets"));
   std::vector<Asset> result;
   std::unordered_map<std::string, std::size_t> names;
   for (std::size_t i = 0; i < list.size(); ++i) {

@@ -18,12 +18,12 @@ struct PartsOptions {
   bool on_gpu = false;
 };
 
-/// Whether surfaces say nothing that a renderer without them does not do: clay, without normals or textures.
+/// Whether a renderer without surfaces makes the same picture: all is clay, without normals and textures.
 bool is_plain_clay(const SceneSurfaces& surfaces);
 
 /// Divides the instances of the scene (split_scene.h). Groups that are large are opened first: their instances go to
 /// different parts. Objects with triangles that emit become the shared part. Parts are built and written one after the
-/// other, and the manifest last, so that an old manifest never names new files that fit it.
+/// other, and the manifest last. If that fails, no new manifest names the files that are there.
 /// @param files of build_objects(). @param surfaces of all objects; nullptr: everything is clay.
 /// @return the manifest; kInvalidInput if there are fewer instances than parts; errors of build_selection() and
 /// write_file().

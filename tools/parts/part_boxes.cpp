@@ -11,14 +11,8 @@
 namespace hiprt::tools {
 namespace {
 
+using format_detail::half_area;
 using format_detail::InstanceMotionBounds;
-
-double area_of(const Box& box) {
-  double side[3];
-  for (unsigned axis = 0; axis < 3; ++axis)
-    side[axis] = std::max(0.0, static_cast<double>(box.max[axis]) - static_cast<double>(box.min[axis]));
-  return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
-}
 
 /// Both hold the same, so their common part does.
 Box common(Box a, const Box& b) {
@@ -39,7 +33,7 @@ template <class Layout> class BoxOpener {
   std::vector<Box> run(std::size_t most) {
     while (!subtrees_.empty()) {
       const auto largest = std::max_element(subtrees_.begin(), subtrees_.end(), [](const Subtree& a, const Subtree& b) {
-        return a.closed != b.closed ? a.closed : area_of(a.box) < area_of(b.box);
+        return a.closed != b.closed ? a.closed : half_area(a.box) < half_area(b.box);
       });
       if (largest->closed) break;
       const Subtree subtree = *largest;

@@ -23,16 +23,10 @@ constexpr std::uint32_t kKnownVersion = 1;
 constexpr std::size_t kMostLevels = 5;  ///< The document, parts, a part, its boxes, a box.
 constexpr std::size_t kDigits = 32;     ///< Of a checksum.
 
-const Json& required(const JsonLocation& location, const Json& object, const char* key) {
-  const auto value = object.find(key);
-  if (value == object.end()) json_fault(location, std::string("'") + key + "' is missing");
-  return *value;
-}
-
 /// A whole number up to 2^53, which doubles hold exactly.
 std::uint64_t count_at(const JsonLocation& outer, const Json& object, const char* key) {
   const JsonLocation location(outer, key);
-  const double number = json_number(location, required(outer, object, key));
+  const double number = json_number(location, json_required(outer, object, key));
   if (!(number >= 0.0 && number <= 0x1p53) || number != std::floor(number))
     json_fault(location, "it is no whole number from 0 to 2^53");
   return static_cast<std::uint64_t>(number);
@@ -57,10 +51,10 @@ Box box_at(const JsonLocation& location, const Json& value) {
 
 PartFile file_at(const JsonLocation& outer, const Json& part, const char* key) {
   const JsonLocation location(outer, key);
-  const Json& value = json_object(location, required(outer, part, key));
+  const Json& value = json_object(location, json_required(outer, part, key));
   const JsonLocation name_at(location, "name"), sum_at(location, "xxh3");
-  PartFile file{json_string(name_at, required(location, value, "name")), count_at(location, value, "bytes"),
-                json_string(sum_at, required(location, value, "xxh3"))};
+  PartFile file{json_string(name_at, json_required(location, value, "name")), count_at(location, value, "bytes"),
+                json_string(sum_at, json_required(location, value, "xxh3"))};
   if (file.name.empty()) json_fault(name_at, "the name of a file is empty");
   const auto is_digit = [](unsigned char c) { return std::isxdigit(c) != 0; };
   if (file.checksum.size() != kDigits || !std::all_of(file.checksum.begin(), file.checksum.end(), is_digit))
@@ -76,12 +70,12 @@ ScenePart part_at(const JsonLocation& location, const Json& value) {
   part.instances = count_at(location, object, "instances");
   const JsonLocation bounds_at(location, "bounds"), boxes_at(location, "boxes"), condition_at(location, "condition"),
       reach_at(location, "reach");
-  part.bounds = box_at(bounds_at, required(location, object, "bounds"));
-  part.condition = float_at(condition_at, json_number(condition_at, required(location, object, "condition")));
-  part.reach = float_at(reach_at, json_number(reach_at, required(location, object, "reach")));
+  part.bounds = box_at(bounds_at, json_required(location, object, "bounds"));
+  part.condition = float_at(condition_at, json_number(condition_at, json_required(location, object, "condition")));
+  part.reach = float_at(reach_at, json_number(reach_at, json_required(location, object, "reach")));
   if (part.condition < 0.0f) json_fault(condition_at, "it is negative");
   if (part.reach < 0.0f) json_fault(reach_at, "it is negative");
-  const Json& boxes = json_array(boxes_at, required(location, object, "boxes"));
+  const Json& boxes = json_array(boxes_at, json_required(location, object, "boxes"));
   if (boxes.size() > kMostPartBoxes)
     json_fault(boxes_at, std::to_string(boxes.size()) + " boxes; the limit is " + std::to_string(kMostPartBoxes));
   for (std::size_t i = 0; i < boxes.size(); ++i) part.boxes.push_back(box_at(JsonLocation(boxes_at, i), boxes[i]));
@@ -94,20 +88,21 @@ PartManifest manifest_of(std::string_view text, const std::string& path) {
   json_object(root, document);
   const JsonLocation format_at(root, "format"), version_at(root, "version"), levels_at(root, "levels"),
       materials_at(root, "materials"), parts_at(root, "parts"), shared_at(root, "shared");
-  if (const std::string& format = json_string(format_at, required(root, document, "format")); format != kFormatName)
+  if (const std::string& format = json_string(format_at, json_required(root, document, "format"));
+      format != kFormatName)
     json_fault(format_at, in_quotes(format) + "; expected 'hiprt parts'");
-  if (const std::uint32_t version = json_uint32(version_at, required(root, document, "version"));
+  if (const std::uint32_t version = json_uint32(version_at, json_required(root, document, "version"));
       version != kKnownVersion)
     json_fault(version_at, std::to_string(version) + "; this program reads version 1");
   PartManifest manifest;
   manifest.path = path;
-  manifest.levels = json_uint32(levels_at, required(root, document, "levels"));
+  manifest.levels = json_uint32(levels_at, json_required(root, document, "levels"));
   if (manifest.levels == 0) json_fault(levels_at, "there are no levels of instances");
   manifest.instances = count_at(root, document, "instances");
-  const Json& materials = required(root, document, "materials");
+  const Json& materials = json_required(root, document, "materials");
   if (!materials.is_boolean()) json_fault(materials_at, "it is neither true nor false");
   manifest.materials = materials.get<bool>();
-  const Json& parts = json_array(parts_at, required(root, document, "parts"));
+  const Json& parts = json_array(parts_at, json_required(root, document, "parts"));
   if (parts.empty() || parts.size() > kMostParts)
     json_fault(parts_at,
                std::to_string(parts.size()) + " parts; there are 1 to " + std::to_string(kMostParts) + " of them");
@@ -155,7 +150,7 @@ std::string PartManifest::path_of(const PartFile& file) const {
   return (std::filesystem::path(path).parent_path() / file.name).string();
 }
 
-bool is_part_manifest(const std::string& path) {
+bool is_json_file(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   char first = 0;
   stream >> std::ws;

@@ -3,9 +3,14 @@
 ///
 ///     {"format": "hiprt parts", "version": 1, "levels": 1, "instances": 1000, "materials": true,
 ///      "parts": [PART, ...], "shared": PART}
-///     PART: {"bvh": FILE, "data": FILE, "instances": 500, "bounds": BOX, "condition": 1.5, "reach": 12, "boxes":
-///     [BOX]} FILE: {"name": "city.0.bvh", "bytes": 123456, "xxh3": "32 hexadecimal digits"} BOX: [min x, min y, min z,
-///     max x, max y, max z]
+///
+/// PART, FILE and BOX stand for:
+///
+///     {"bvh": FILE, "data": FILE, "instances": 500, "bounds": BOX, "condition": 1.5, "reach": 12, "boxes": [BOX]}
+///
+///     {"name": "city.0.bvh", "bytes": 123456, "xxh3": "32 hexadecimal digits"}
+///
+///     [min x, min y, min z, max x, max y, max z]
 ///
 /// Each part is a BVH file of some of the scene's instances, and a file of data (part_data.h). "shared" is the part
 /// that every process has: the objects with triangles that emit. File names are relative to the manifest's folder.
@@ -35,7 +40,7 @@ struct PartFile {
 
 struct ScenePart {
   PartFile bvh, data;
-  std::uint64_t instances = 0;           ///< Of the scene, that are in it.
+  std::uint64_t instances = 0;           ///< Of the scene or of opened groups, that are in the part.
   Box bounds{};                          ///< Of no use if there are no boxes: nothing can be hit.
   float condition = 0.0f, reach = 0.0f;  ///< As in the header of its BVH file.
   std::vector<Box> boxes;                ///< Every hit in the part is in one of them, also while it moves.
@@ -46,7 +51,7 @@ struct ScenePart {
 struct PartManifest {
   std::string path;             ///< Of the manifest, for messages and as the base of file names.
   std::uint32_t levels = 1;     ///< Of instances, in the part with the most.
-  std::uint64_t instances = 0;  ///< Of the scene.
+  std::uint64_t instances = 0;  ///< In all parts.
   bool materials = false;       ///< Whether the parts have materials; else everything is clay.
   std::vector<ScenePart> parts;
   std::optional<ScenePart> shared;
@@ -57,8 +62,8 @@ struct PartManifest {
   std::string path_of(const PartFile& file) const;
 };
 
-/// Whether the file begins as a manifest of parts does. False for files that cannot be read.
-bool is_part_manifest(const std::string& path);
+/// Whether a file begins as a JSON object does. BVH files do not. False for files that cannot be read.
+bool is_json_file(const std::string& path);
 
 /// @param path for messages and file names.
 /// @return kInvalidInput with the location: "city.json: parts[2].boxes[1]: ...".

@@ -111,6 +111,12 @@ const std::string& json_string(const JsonLocation& location, const nlohmann::jso
   return value.get_ref<const std::string&>();
 }
 
+const nlohmann::json& json_required(const JsonLocation& location, const nlohmann::json& object, const char* key) {
+  const auto value = object.find(key);
+  if (value == object.end()) json_fault(location, std::string("'") + key + "' is missing");
+  return *value;
+}
+
 double json_number(const JsonLocation& location, const nlohmann::json& value) {
   if (!value.is_number()) unexpected(location, value, "a number");
   return value.get<double>();

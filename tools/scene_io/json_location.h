@@ -43,6 +43,8 @@ const nlohmann::json& json_object(const JsonLocation& location, const nlohmann::
 const nlohmann::json& json_array(const JsonLocation& location, const nlohmann::json& value);
 const std::string& json_string(const JsonLocation& location, const nlohmann::json& value);
 double json_number(const JsonLocation& location, const nlohmann::json& value);
+/// A member of an object. @param location of the object. Throws JsonFault if it is missing.
+const nlohmann::json& json_required(const JsonLocation& location, const nlohmann::json& object, const char* key);
 /// An integer from 0 to 4294967295.
 std::uint32_t json_uint32(const JsonLocation& location, const nlohmann::json& value);
 /// Fills @p numbers, and takes no other count.

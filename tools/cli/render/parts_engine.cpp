@@ -25,7 +25,7 @@ build::Result<void> check_options(const RenderCommand& command) {
   return {};
 }
 
-/// A part as it is on the disk.
+/// A part's BVH file and its data, both checked.
 struct PartFiles {
   BvhFile bvh;
   PartData data;

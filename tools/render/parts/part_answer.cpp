@@ -12,7 +12,7 @@
 namespace hiprt::tools {
 namespace {
 
-/// A ray on its way. The others of its numbers are the same for all rays of paths.
+/// A ray in a message. tmin and mask are left out: they are 0 and all bits.
 struct RayRecord {
   Vec3 origin;
   float tmax;
@@ -22,7 +22,7 @@ struct RayRecord {
 static_assert(sizeof(RayRecord) == kQuestionRayBytes && std::is_trivially_copyable_v<RayRecord>);
 static_assert(std::is_trivially_copyable_v<PartHit> && sizeof(PartHit) == 36 + 36 + 8 + 8);
 
-/// The kinds of answers.
+// The kinds of answers.
 constexpr std::uint8_t kClosestAnswer = 0, kAnyAnswer = 1, kFault = 2;
 
 tl::unexpected<build::Error> malformed(const char* what, std::size_t size) {

@@ -1,5 +1,5 @@
 #pragma once
-/// What a part says to a batch of rays, and the bytes of both.
+/// Questions to parts of a scene (rays), their answers (hits), and the messages that have them.
 
 #include <tools/render/scene/path_surface.h>
 #include <tools/render/tracers/tracer.h>

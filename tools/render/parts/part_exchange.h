@@ -2,7 +2,7 @@
 /// Traces rays through a scene whose parts are in several processes.
 ///
 /// A thread that has rays sends them to the processes with the parts that they may hit, and waits for answers. Other
-/// threads of each process answer questions: they trace, and wait for nothing. So no two wait for each other
+/// threads of each process answer questions. They wait for no other process, so there is no deadlock
 /// (docs/proofs/parts.md).
 
 #include <tools/render/parts/part_tracer.h>

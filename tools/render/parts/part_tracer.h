@@ -27,7 +27,7 @@ class PartTracer {
                                                          const PathSettings& settings);
 
   BufferView view() const { return view_; }
-  /// Traces on a GPU from now on, one batch at a time. Surfaces stay on the CPU.
+  /// Makes trace() use a GPU, for one batch at a time. The CPU computes surfaces.
   /// @param tracer of view(). @return the errors of GpuPathScene::make().
   build::Result<void> move_to(GpuTracer tracer);
 

@@ -38,10 +38,8 @@ struct ToldSurfaces {
 
 }  // namespace
 
-class PartPathEngine {
+class PartPathEngine : public HostPathSteps {
  public:
-  template <class T> using Array = std::vector<T>;
-
   PartPathEngine(PartExchange& exchange, unsigned slot, std::size_t paths, const std::atomic<bool>& stopped)
       : exchange_(exchange),
         slot_(slot),
@@ -49,9 +47,7 @@ class PartPathEngine {
         surfaces_(paths),
         paths_(paths * exchange.manifest().levels) {}
 
-  template <class T> build::Result<Array<T>> array(std::uint64_t count) const {
-    return Array<T>(static_cast<std::size_t>(count));
-  }
+  /// Surfaces come with the hits.
   template <class Stage> build::Result<void> for_each(std::uint32_t count, const PathJob& job) const {
     if constexpr (std::is_same_v<Stage, ShadePaths>)
       run(count, Shade<ToldSurfaces>(job, {surfaces_.data()}));
@@ -65,17 +61,8 @@ class PartPathEngine {
     return exchange_.trace(query, {rays, count}, found, instance_paths, slot_, stopped_, counts_);
   }
   const RayCounts& counts() const { return counts_; }
-  static build::Result<PathCounts> read(const Array<PathCounts>& counts) { return counts[0]; }
-  static build::Result<void> clear(Array<PathCounts>& counts) {
-    counts[0] = {};
-    return {};
-  }
 
  private:
-  template <class Stage> static void run(std::uint32_t count, const Stage& stage) {
-    for (std::uint32_t i = 0; i < count; ++i) stage(i);
-  }
-
   PartExchange& exchange_;
   unsigned slot_;
   const std::atomic<bool>& stopped_;
@@ -105,8 +92,8 @@ PartWork::PartWork(const PathScene& scene, PartExchange& exchange, std::uint32_t
 }
 
 build::Result<void> PartWork::enter() {
-  // A process whose part many rays visit would keep all others waiting while it computes paths of its own. Linux has a
-  // priority per thread. Without permission the picture is the same.
+  // All processes wait for the one whose parts most rays visit. That one should answer first and follow its own paths
+  // later. On Linux each thread has a priority. If it cannot be set, the picture is the same.
   constexpr int kNiceness = 10;
   static_cast<void>(::setpriority(PRIO_PROCESS, 0, kNiceness));
   return {};

@@ -31,7 +31,7 @@ class RayCredit {
     free_[rank] += rays;
     changed_.notify_all();
   }
-  /// Waits until somebody gives credit back, or for the time.
+  /// Waits until somebody gives credit back, at most for @p timeout.
   void wait(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, timeout);

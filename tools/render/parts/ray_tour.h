@@ -1,8 +1,8 @@
 #pragma once
 /// The way of a batch of rays through the parts of a scene: which part each ray visits next, and what is known of it.
 ///
-/// A ray visits one part at a time, the nearest first, and takes the closest hit so far along: parts behind it are not
-/// visited. So no ray is sent twice at once, and each visits every part once at most.
+/// A ray visits one part at a time, the nearest first. It ends at its closest hit so far, and does not visit parts
+/// behind that. So it visits each part at most once.
 
 #include <tools/render/parts/part_answer.h>
 #include <tools/render/parts/part_router.h>
@@ -39,10 +39,10 @@ class RayTour {
     std::vector<std::uint32_t> numbers;  ///< Of the rays.
     std::vector<Ray> rays;               ///< They end at their closest hits so far.
   };
-  /// Takes rays that are ready, at most so many.
+  /// Takes rays that are ready. @param most how many at most.
   Parcel take(std::uint32_t part, std::size_t most);
 
-  /// Takes what the part says to a parcel.
+  /// Takes a part's answer to a parcel.
   /// @return false if the answer does not fit the parcel; then nothing has changed.
   bool give(const Parcel& parcel, const PartAnswer& answer);
 

@@ -13,21 +13,35 @@
 
 namespace hiprt::tools {
 
-/// An engine of PathWave.
-class CpuPathEngine {
+/// What engines of PathWave that shade on the calling thread have in common.
+class HostPathSteps {
  public:
   template <class T> using Array = std::vector<T>;
-
-  CpuPathEngine(const PathScene& scene, bool alpha_cutout) : scene_(scene), alpha_cutout_(alpha_cutout) {}
 
   template <class T> build::Result<Array<T>> array(std::uint64_t count) const {
     return Array<T>(static_cast<std::size_t>(count));
   }
   template <class Stage> build::Result<void> for_each(std::uint32_t count, const PathJob& job) const {
-    const Stage stage(job);
-    for (std::uint32_t i = 0; i < count; ++i) stage(i);
+    run(count, Stage(job));
     return {};
   }
+  static build::Result<PathCounts> read(const Array<PathCounts>& counts) { return counts[0]; }
+  static build::Result<void> clear(Array<PathCounts>& counts) {
+    counts[0] = {};
+    return {};
+  }
+
+ protected:
+  template <class Stage> static void run(std::uint32_t count, const Stage& stage) {
+    for (std::uint32_t i = 0; i < count; ++i) stage(i);
+  }
+};
+
+/// An engine of PathWave that traces on the calling thread, too.
+class CpuPathEngine : public HostPathSteps {
+ public:
+  CpuPathEngine(const PathScene& scene, bool alpha_cutout) : scene_(scene), alpha_cutout_(alpha_cutout) {}
+
   build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits,
                             std::uint32_t* instance_paths) const {
     const std::span<const Ray> from(rays, count);
@@ -41,11 +55,6 @@ class CpuPathEngine {
       hiprt::tools::trace(scene_, query, from, to, paths);
     else
       hiprt::tools::trace(scene_.view, query, {}, from, to, {}, paths);
-    return {};
-  }
-  static build::Result<PathCounts> read(const Array<PathCounts>& counts) { return counts[0]; }
-  static build::Result<void> clear(Array<PathCounts>& counts) {
-    counts[0] = {};
     return {};
   }
 

@@ -41,21 +41,15 @@ void check_keys(const JsonLocation& location, const Json& object, const std::arr
       json_fault(location, "unknown key " + in_quotes(key));
 }
 
-const Json& required(const JsonLocation& location, const Json& object, const char* key) {
-  const auto value = object.find(key);
-  if (value == object.end()) json_fault(location, std::string("'") + key + "' is missing");
-  return *value;
-}
-
 std::array<double, 4> rotation_of(const JsonLocation& location, const Json& value) {
   if (value.is_array()) return json_numbers<4>(location, value);
   if (!value.is_object()) json_fault(location, "an array of 4 numbers or an object with 'axis' and 'degrees' expected");
   check_keys(location, value, std::array<std::string_view, 2>{"axis", "degrees"});
   const JsonLocation at(location, "axis");
-  const auto axis = json_numbers<3>(at, required(location, value, "axis"));
+  const auto axis = json_numbers<3>(at, json_required(location, value, "axis"));
   const double length = std::hypot(axis[0], axis[1], axis[2]);
   if (!(length > 0 && std::isfinite(length))) json_fault(at, "its length is " + Json(length).dump());
-  const double angle = json_number(JsonLocation(location, "degrees"), required(location, value, "degrees"));
+  const double angle = json_number(JsonLocation(location, "degrees"), json_required(location, value, "degrees"));
   const double half = std::fmod(angle, 720.0) * std::numbers::pi / 360.0, s = std::sin(half) / length;
   return {axis[0] * s, axis[1] * s, axis[2] * s, std::cos(half)};
 }
@@ -153,13 +147,13 @@ build::Motion motion_of(const JsonLocation& location, const Json& value, std::ve
       json_fault(at, in_quotes(word) + ", 'slerp', 'nlerp' or 'matrix' expected");
   }
   const JsonLocation keys_location(location, "keys");
-  const Json& keys = json_array(keys_location, required(location, value, "keys"));
+  const Json& keys = json_array(keys_location, json_required(location, value, "keys"));
   if (keys.empty()) json_fault(keys_location, "0 keys, 1 or more expected");
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const JsonLocation at(keys_location, i);
     const Json& key = json_object(at, keys[i]);
     check_keys(at, key, std::array<std::string_view, 6>{"time", "matrix", "translate", "rotate", "scale", "shear"});
-    const auto time = static_cast<float>(json_number(JsonLocation(at, "time"), required(at, key, "time")));
+    const auto time = static_cast<float>(json_number(JsonLocation(at, "time"), json_required(at, key, "time")));
     if (key.contains("matrix") != keys[0].contains("matrix"))
       json_fault(at, "some keys have 'matrix' and some have not");
     if (key.contains("matrix")) {
@@ -185,8 +179,8 @@ class Reader {
     check_keys(root_, document,
                std::array<std::string_view, 6>{"$schema", "format", "version", "objects", "groups", "scene"});
     check_version(document);
-    const Json& objects = json_object(objects_location_, required(root_, document, "objects"));
-    const Json& groups = json_object(groups_location_, required(root_, document, "groups"));
+    const Json& objects = json_object(objects_location_, json_required(root_, document, "objects"));
+    const Json& groups = json_object(groups_location_, json_required(root_, document, "groups"));
     read_objects(objects);
     for (const auto& [name, group] : groups.items()) add_group_name(JsonLocation(groups_location_, name), name);
     for (const auto& [name, group] : groups.items()) read_group(JsonLocation(groups_location_, name), group);
@@ -204,9 +198,9 @@ class Reader {
     if (const auto schema = document.find("$schema"); schema != document.end())
       json_string(JsonLocation(root_, "$schema"), *schema);
     const JsonLocation format(root_, "format"), version(root_, "version");
-    if (const auto& name = json_string(format, required(root_, document, "format")); name != kFormatName)
+    if (const auto& name = json_string(format, json_required(root_, document, "format")); name != kFormatName)
       json_fault(format, in_quotes(name) + ", '" + std::string(kFormatName) + "' expected");
-    if (const auto number = json_uint32(version, required(root_, document, "version")); number != kKnownVersion)
+    if (const auto number = json_uint32(version, json_required(root_, document, "version")); number != kKnownVersion)
       json_fault(version, std::to_string(number) + ", known is " + std::to_string(kKnownVersion));
   }
 
@@ -287,7 +281,7 @@ class Reader {
         std::array<std::string_view, 8>{"object", "matrix", "translate", "rotate", "scale", "motion", "mask", "id"});
     Instance instance;
     const JsonLocation at(location, "object");
-    Named& named = find(at, json_string(at, required(location, value, "object")));
+    Named& named = find(at, json_string(at, json_required(location, value, "object")));
     named.used = true;
     instance.object = static_cast<std::uint32_t>(named.group ? result_.objects.size() + named.number : named.number);
     instance.to_scene = to_scene_of(location, value);
@@ -313,7 +307,7 @@ class Reader {
 
   std::size_t top_of(const Json& document) {
     const JsonLocation location(root_, "scene");
-    const std::string& name = json_string(location, required(root_, document, "scene"));
+    const std::string& name = json_string(location, json_required(root_, document, "scene"));
     const Named& named = find(location, name);
     if (!named.group) json_fault(location, in_quotes(name) + " is an object, a group expected");
     return named.number;
