@@ -356,3 +356,22 @@ TEST_CASE("bvhbuild --parts: a report, the same bytes again, and errors") {
   fails({scene, "-o", scene, "--parts", "2"}, 1, "scene.json");
   fails({scene, "-o", folder / "none/p.json", "--parts", "2"}, 1, "there is no folder");
 }
+
+TEST_CASE("bvhbuild --parts: on a full disk there is no manifest") {
+  const TempFolder folder;
+  const std::string scene = write_scene(folder), disk = folder / "disk";
+  std::filesystem::create_directory(disk);
+  // A disk of 16 KiB in a space of mounts that ends with the shell.
+  const std::string mount = "mount -t tmpfs -o size=16k tmpfs '" + disk + "'";
+  if (run({"/usr/bin/unshare", "-m", "/bin/sh", "-c", mount}).status != 0) {
+    std::puts("SKIPPED: parts on a full disk: tmpfs cannot be mounted here");
+    return;
+  }
+  const CommandResult result = run({"/usr/bin/unshare", "-m", "/bin/sh", "-c",
+                                    mount + " && { '" + kBvhBuild + "' '" + scene + "' -o '" + disk +
+                                        "/p.json' --parts 3; echo status $?; ls '" + disk + "'; }"});
+  INFO(result.out << result.err);
+  CHECK_THAT(result.out, Contains("status 1"));
+  CHECK_THAT(result.err, Contains("No space left"));
+  CHECK_THAT(result.out, !Contains("p.json"));
+}
