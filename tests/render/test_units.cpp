@@ -184,7 +184,7 @@ TEST_CASE("path-traced pictures in random units have the sums of trace_paths()")
   for (unsigned i = 0; i < checks::trials(20) + 1; ++i) {
     PathWork work(view, data, camera, options, nullptr);
     const PictureState state = in_random_units(work, options.width, options.height, random);
-    const PathPicture found = work.picture(state.pixels);
+    const PathPicture found = picture_of(state.pixels, work.steps(), work.workers());
     CHECK(same_sums(found, expected));
     CHECK(found.samples == 7);
   }
