@@ -136,7 +136,7 @@ class FirstRank {
       : cli_(cli),
         command_(command),
         ranks_(ranks),
-        is_parts_(is_json_file(command.path)),
+        is_parts_(is_part_manifest(command.path)),
         watch_(is_parts_ ? RankWatch(ranks, false, {}, kPartsAreGone)
                          : RankWatch(ranks, command.ranks.lossy, [&cli](const std::string& text) { cli.warn(text); })),
         start_(watch_) {}
@@ -259,7 +259,7 @@ class FirstRank {
 /// Reads the scene of another rank than 0.
 build::Result<void> follow_scene(RenderCommand& command, FollowStart& start, const RankBegin& begin,
                                  const GpuChoice& gpus, Stage& stage) {
-  if (is_json_file(command.path)) {
+  if (is_part_manifest(command.path)) {
     auto bytes = start.bytes(begin, command.path);
     if (!bytes) return tl::unexpected(std::move(bytes.error()));
     auto scene = part_scene_of(command, std::move(*bytes));

@@ -10,7 +10,6 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 
 namespace hiprt::tools {
@@ -150,12 +149,7 @@ std::string PartManifest::path_of(const PartFile& file) const {
   return (std::filesystem::path(path).parent_path() / file.name).string();
 }
 
-bool is_json_file(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  char first = 0;
-  stream >> std::ws;
-  return stream.get(first) && first == '{';
-}
+bool is_part_manifest(std::string_view path) { return has_extension(path, ".json"); }
 
 build::Result<PartManifest> parse_part_manifest(std::string_view text, const std::string& path) {
   try {

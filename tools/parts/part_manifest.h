@@ -62,8 +62,9 @@ struct PartManifest {
   std::string path_of(const PartFile& file) const;
 };
 
-/// Whether a file begins as a JSON object does. BVH files do not. False for files that cannot be read.
-bool is_json_file(const std::string& path);
+/// Whether a file is a manifest and no BVH file, by its name: it ends with .json. Inputs are read once, so the content
+/// cannot tell.
+bool is_part_manifest(std::string_view path);
 
 /// @param path for messages and file names.
 /// @return kInvalidInput with the location: "city.json: parts[2].boxes[1]: ...".

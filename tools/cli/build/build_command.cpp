@@ -5,6 +5,7 @@
 #include <tools/cli/build/build_names.h>
 #include <tools/cli/cli.h>
 #include <tools/cli/trace_device.h>
+#include <tools/parts/part_manifest.h>
 #include <tools/render/scene/shutter.h>
 #include <tools/scene_io/scene/scene_file.h>
 
@@ -259,7 +260,7 @@ void check_command(const CLI::App& app, BuildCommand& command) {
     throw CLI::ValidationError("--shutter goes with --instances; scenes of JSON have motions of their own");
   if (command.is_scene()) {
     if (!command.imported.empty()) throw CLI::ValidationError("--import takes meshes, not a scene of instances");
-    if (command.parts != 0 && !has_extension(command.output, ".json"))
+    if (command.parts != 0 && !is_part_manifest(command.output))
       throw CLI::ValidationError("--parts writes a manifest: --output has to end with .json");
     return;
   }
