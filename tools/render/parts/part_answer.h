@@ -23,7 +23,7 @@ struct PartHit {
   float metallic, roughness;
 };
 
-/// @pre no light: parts that all processes have are not asked.
+/// @pre The surface emits no light: only the shared part has such surfaces.
 inline PathSurface surface_of(const PartHit& hit) {
   PathSurface surface;
   surface.geometric = hit.geometric;

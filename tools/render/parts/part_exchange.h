@@ -43,7 +43,7 @@ class PartExchange {
   /// @param shared_paths of Query::kClosest: shared->view.levels numbers per ray. Of hits in the shared part the path
   /// in it; of other hits they have no meaning.
   /// @param slot that no other thread uses at the same time. @param stopped ends the call soon when it becomes true.
-  /// @param counts gets what has gone to other processes and come back.
+  /// @param counts messages to other processes and from them are added to it.
   /// @return the error of RayMail::health(), of a process that could not answer, or kCancelled if it was stopped or
   /// interrupted() is true.
   build::Result<void> trace(Query query, std::span<const Ray> rays, const TourHits& hits, std::uint32_t* shared_paths,
@@ -52,7 +52,7 @@ class PartExchange {
   const PartManifest& manifest() const { return *setup_.manifest; }
 
  private:
-  /// A trace() in work.
+  /// The state of one call of trace().
   struct Call;
 
   void trace_shared(Query query, std::span<const Ray> rays, const TourHits& hits, std::uint32_t* shared_paths) const;

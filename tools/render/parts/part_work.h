@@ -41,7 +41,7 @@ class PartWork : public PictureWork {
   build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) override;
   void stop() override { stopped_ = true; }
 
-  /// The slot of the exchange that is none of a worker's.
+  /// A slot of the exchange that no worker uses.
   unsigned other_slot() const { return workers_; }
 
  private:

@@ -22,10 +22,11 @@ struct TourHits {
   std::uint32_t levels;
 };
 
-/// A value: a copy goes on where the original is.
+/// A copy continues from the state of the original.
 class RayTour {
  public:
-  /// @param hits what is known already: no hit, or one in the shared part. Of Query::kAny rays with a hit go nowhere.
+  /// @param hits what is known already: no hit, or one in the shared part. With Query::kAny, rays that have a hit visit
+  /// no part.
   /// @param rays, hits must live as long as this and its copies.
   RayTour(const PartRouter& router, Query query, std::span<const Ray> rays, const TourHits& hits);
 
