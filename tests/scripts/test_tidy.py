@@ -33,6 +33,14 @@ class Clone:
                    for file, more in commands]
         self.write("build/compile_commands.json", json.dumps(entries))
 
+    def write_unity(self):
+        """Both sources of tools/ are compiled as one, as CMake does it."""
+        unity = self.root / "build/unity_0_cxx.cxx"
+        self.write("build/unity_0_cxx.cxx", "".join(f'#include "{self.root}/tools/{x}.cpp"\n\n' for x in "ab"))
+        entry = {"directory": str(self.root / "build"), "file": str(unity),
+                 "command": f"/usr/bin/c++ -o unity_0_cxx.cxx.o -c {unity}"}
+        self.write("build/compile_commands.json", json.dumps([entry]))
+
     def write(self, name, text):
         path = self.root / name
         path.write_text(text)
@@ -70,6 +78,11 @@ def main():
         clone.expect(0, known=2, faults=0)
         clone.write(".clang-tidy", CONFIG.format(",bugprone-*"))
         clone.expect(0, known=0, faults=0)
+        unity = Clone(script, work, "unity")
+        unity.write_unity()
+        unity.expect(0, known=0, faults=0)
+        unity.write("tools/a.h", FAULT)
+        unity.expect(1, known=1, faults=1, said=r"tools/a\.cpp:\n(.*\n)*.*tools/a\.h:1:\d+: error: use nullptr")
         # Since a commit: neither comments nor spaces are code. A header stands for one source that includes it.
         clone.git("init", "-q")
         clone.git("add", "tools")

@@ -15,7 +15,7 @@
 namespace hiprt::tools {
 namespace {
 
-struct Entry {
+struct PrunableEntry {
   std::filesystem::path path;
   std::uint64_t bytes = 0;
   std::int64_t used = 0;  ///< Nanoseconds, write_time().
@@ -26,8 +26,8 @@ bool is_entry(const std::string& name) {
   return name.size() == 36 && name.ends_with(".bvh") && name.find_first_not_of("0123456789abcdef") == name.size() - 4;
 }
 
-build::Result<std::vector<Entry>> entries_of(const std::filesystem::path& folder) {
-  std::vector<Entry> result;
+build::Result<std::vector<PrunableEntry>> entries_of(const std::filesystem::path& folder) {
+  std::vector<PrunableEntry> result;
   std::error_code error;
   for (std::filesystem::directory_iterator group(folder, error), end; !error && group != end; group.increment(error)) {
     if (!group->is_directory() || group->path().filename().string().size() != 2) continue;
@@ -58,12 +58,13 @@ build::Result<PruneReport> prune_cache(const std::filesystem::path& folder, cons
   if (!entries) return tl::unexpected(entries.error());
   const auto oldest = oldest_use(folder);
   // The last used first; equal times by name, so that the result is the same everywhere.
-  std::sort(entries->begin(), entries->end(),
-            [](const Entry& a, const Entry& b) { return a.used != b.used ? a.used > b.used : a.path < b.path; });
+  std::sort(entries->begin(), entries->end(), [](const PrunableEntry& a, const PrunableEntry& b) {
+    return a.used != b.used ? a.used > b.used : a.path < b.path;
+  });
   PruneReport report;
   const std::int64_t now = now_nanoseconds();
   std::uint64_t sum = 0;
-  for (const Entry& entry : *entries) {
+  for (const PrunableEntry& entry : *entries) {
     sum += entry.bytes;
     const bool too_old = (now - entry.used) / 1'000'000'000 >= limit.age.count();
     const bool unwanted = sum > limit.bytes || too_old;

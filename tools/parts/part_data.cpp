@@ -13,7 +13,7 @@ namespace hiprt::tools {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'H', 'I', 'P', 'R', 'T', 'P', 'R', 'T'};
-constexpr std::uint32_t kKnownVersion = 1;
+constexpr std::uint32_t kDataVersion = 1;
 
 /// A Material without its name.
 struct MaterialRecord {
@@ -182,7 +182,7 @@ std::string check_numbers(const std::vector<std::vector<std::uint32_t>>& groups,
 std::vector<std::byte> encode(const PartData& data) {
   ByteWriter writer;
   writer.add(kMagic);
-  writer.add(kKnownVersion);
+  writer.add(kDataVersion);
   writer.add(std::uint8_t{data.surfaces.has_value()});
   writer.add(std::uint64_t{data.groups.size()});
   for (const auto& numbers : data.groups) writer.add_array(std::span(numbers));
@@ -193,7 +193,7 @@ std::vector<std::byte> encode(const PartData& data) {
 build::Result<PartData> decode_part_data(std::span<const std::byte> bytes, const BufferView& bvh) {
   ByteReader reader(bytes);
   if (reader.get<std::array<char, 8>>() != kMagic) return invalid_input("it is no data of a part");
-  if (const auto version = reader.get<std::uint32_t>(); reader.ok() && version != kKnownVersion)
+  if (const auto version = reader.get<std::uint32_t>(); reader.ok() && version != kDataVersion)
     return invalid_input("its version is " + std::to_string(version) + ", this program reads version 1");
   const bool has_surfaces = reader.get<std::uint8_t>() != 0;
   PartData data;

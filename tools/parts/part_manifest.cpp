@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::string_view kFormatName = "hiprt parts";
-constexpr std::uint32_t kKnownVersion = 1;
+constexpr std::uint32_t kManifestVersion = 1;
 constexpr std::size_t kMostLevels = 5;  ///< The document, parts, a part, its boxes, a box.
 constexpr std::size_t kDigits = 32;     ///< Of a checksum.
 
@@ -91,7 +91,7 @@ PartManifest manifest_of(std::string_view text, const std::string& path) {
       format != kFormatName)
     json_fault(format_at, in_quotes(format) + "; expected 'hiprt parts'");
   if (const std::uint32_t version = json_uint32(version_at, json_required(root, document, "version"));
-      version != kKnownVersion)
+      version != kManifestVersion)
     json_fault(version_at, std::to_string(version) + "; this program reads version 1");
   PartManifest manifest;
   manifest.path = path;
@@ -163,7 +163,7 @@ build::Result<PartManifest> parse_part_manifest(std::string_view text, const std
 std::string to_json(const PartManifest& manifest) {
   Json parts = Json::array();
   for (const ScenePart& part : manifest.parts) parts.push_back(json_of(part));
-  Json document = {{"format", kFormatName},           {"version", kKnownVersion},        {"levels", manifest.levels},
+  Json document = {{"format", kFormatName},           {"version", kManifestVersion},     {"levels", manifest.levels},
                    {"instances", manifest.instances}, {"materials", manifest.materials}, {"parts", parts}};
   if (manifest.shared) document["shared"] = json_of(*manifest.shared);
   return document.dump(1) + "\n";

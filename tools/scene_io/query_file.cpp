@@ -35,7 +35,7 @@ build::Result<void> write_parts(const std::filesystem::path& path, const Header&
   return tl::unexpected(not_enough_memory(path.native(), "to write the results", failure));
 }
 
-std::string shape_text(std::uint32_t shape) {
+std::string each_text(std::uint32_t shape) {
   for (const QueryShape known : {QueryShape::kPoint, QueryShape::kSphere, QueryShape::kBox})
     if (shape == static_cast<std::uint32_t>(known)) return plural(known);
   return "no shape that bvhquery knows";
@@ -61,7 +61,7 @@ build::Result<QueryBatch> read_queries(const std::filesystem::path& path, QueryS
   std::memcpy(&header, bytes.data(), sizeof(header));
   if (header.each != wanted)
     return invalid_input(name + "the number at byte 4 is " + std::to_string(header.each) + " (" +
-                         shape_text(header.each) + "), a file of " + what + " has " + std::to_string(wanted));
+                         each_text(header.each) + "), a file of " + what + " has " + std::to_string(wanted));
   const std::uint64_t floats = std::uint64_t{header.count} * wanted, expected = sizeof(header) + floats * sizeof(float);
   if (bytes.size() != expected)
     return invalid_input(name + "the header says " + std::to_string(header.count) + " " + what + ", which takes " +

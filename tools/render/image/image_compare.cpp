@@ -1,5 +1,6 @@
 #include <tools/render/image/image_compare.h>
 
+#include <tools/base/errors.h>
 #include <tools/render/image/color_map.h>
 #include <tools/render/image/flip.h>
 
@@ -12,7 +13,7 @@ namespace hiprt::tools {
 namespace {
 
 /// Rows per batch of threads.
-constexpr std::size_t kRows = 16;
+constexpr std::size_t kBatchRows = 16;
 
 struct Sums {
   double squares = 0.0, relative = 0.0, bytes = 0.0;
@@ -22,10 +23,6 @@ Sums operator+(const Sums& a, const Sums& b) {
   return {a.squares + b.squares, a.relative + b.relative, a.bytes + b.bytes};
 }
 
-tl::unexpected<build::Error> fail(build::ErrorCode code, std::string message) {
-  return tl::unexpected(build::Error{code, std::move(message)});
-}
-
 std::string size_text(const ColorImage& image) {
   return std::to_string(image.width) + " x " + std::to_string(image.height);
 }
@@ -33,7 +30,7 @@ std::string size_text(const ColorImage& image) {
 /// Calls add(sums, i) for every pixel. Rows are summed up alone and then in their order: the same on all threads.
 template <class Add> Sums sum_over(const ColorImage& image, const ThreadLimit& limit, const Add& add) {
   std::vector<Sums> rows(image.height);
-  parallel_batches(image.height, kRows, limit, [&](std::size_t begin, std::size_t end) {
+  parallel_batches(image.height, kBatchRows, limit, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y)
       for (std::size_t i = y * image.width; i < (y + 1) * image.width; ++i) add(rows[y], i);
   });
@@ -63,7 +60,7 @@ float brightest(const ColorImage& image) {
 
 /// Linear light, 0 to 1.
 void display(ColorImage& image, float white, const ThreadLimit& limit) {
-  parallel_batches(image.colors.size(), kRows * image.width, limit, [&](std::size_t begin, std::size_t end) {
+  parallel_batches(image.colors.size(), kBatchRows * image.width, limit, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 shown = reinhard(limited(image.colors[i]), white);
       image.colors[i] = {std::min(shown.x, 1.0f), std::min(shown.y, 1.0f), std::min(shown.z, 1.0f)};

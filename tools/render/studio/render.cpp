@@ -17,7 +17,7 @@ namespace hiprt::tools {
 namespace {
 
 /// A tile's rays and hits fit into a core's cache, and there are enough tiles for many threads.
-constexpr std::uint32_t kTileSize = 32;
+constexpr std::uint32_t kRenderTileSize = 32;
 
 /// Tiles whose rays go to a GPU together: half a million pixels, in about 150 MB of rays, hits and sums.
 constexpr std::size_t kTilesTogether = 512;
@@ -42,12 +42,12 @@ class Tally {
 };
 
 /// The picture that is being made.
-struct Canvas {
-  explicit Canvas(const RenderOptions& options)
+struct TiledPicture {
+  explicit TiledPicture(const RenderOptions& options)
       : image(options.width, options.height),
         cost(options.mode == RenderMode::kHeatmap ? image.pixels.size() : 0),
-        columns((options.width + kTileSize - 1) / kTileSize),
-        tiles(std::size_t{columns} * ((options.height + kTileSize - 1) / kTileSize)) {}
+        columns((options.width + kRenderTileSize - 1) / kRenderTileSize),
+        tiles(std::size_t{columns} * ((options.height + kRenderTileSize - 1) / kRenderTileSize)) {}
 
   Image image;
   std::vector<float> cost;
@@ -55,15 +55,15 @@ struct Canvas {
   std::size_t tiles;
 };
 
-TileRenderer make_tile(const RenderJob& job, Canvas& canvas, std::size_t index) {
-  const std::uint32_t left = static_cast<std::uint32_t>(index % canvas.columns) * kTileSize;
-  const std::uint32_t top = static_cast<std::uint32_t>(index / canvas.columns) * kTileSize;
-  const Tile tile{left, top, std::min(left + kTileSize, job.options.width),
-                  std::min(top + kTileSize, job.options.height)};
+TileRenderer make_tile(const RenderJob& job, TiledPicture& canvas, std::size_t index) {
+  const std::uint32_t left = static_cast<std::uint32_t>(index % canvas.columns) * kRenderTileSize;
+  const std::uint32_t top = static_cast<std::uint32_t>(index / canvas.columns) * kRenderTileSize;
+  const Tile tile{left, top, std::min(left + kRenderTileSize, job.options.width),
+                  std::min(top + kRenderTileSize, job.options.height)};
   return TileRenderer(job, tile, {canvas.image.pixels, canvas.cost, 0, 0, canvas.image.width});
 }
 
-build::Result<void> render_on_cpu(const RenderJob& job, Canvas& canvas, Tally& tally, const ThreadLimit& limit,
+build::Result<void> render_on_cpu(const RenderJob& job, TiledPicture& canvas, Tally& tally, const ThreadLimit& limit,
                                   const std::function<void(double)>& progress) {
   const auto render_tiles = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -76,7 +76,7 @@ build::Result<void> render_on_cpu(const RenderJob& job, Canvas& canvas, Tally& t
   return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled, nothing was written"});
 }
 
-build::Result<void> render_on_gpu(GpuTracer& gpu, const RenderJob& job, Canvas& canvas, Tally& tally,
+build::Result<void> render_on_gpu(GpuTracer& gpu, const RenderJob& job, TiledPicture& canvas, Tally& tally,
                                   const ThreadLimit& limit, const std::function<void(double)>& progress) {
   for (std::size_t begin = 0; begin < canvas.tiles; begin += kTilesTogether) {
     const std::size_t count = std::min(kTilesTogether, canvas.tiles - begin);
@@ -100,7 +100,7 @@ build::Result<void> render_on_gpu(GpuTracer& gpu, const RenderJob& job, Canvas& 
 build::Result<Rendering> render(const SceneView& scene, const Camera& camera, const RenderOptions& options,
                                 const std::function<void(double)>& progress, GpuTracer* gpu) try {
   const auto start = std::chrono::steady_clock::now();
-  Canvas canvas(options);
+  TiledPicture canvas(options);
   canvas.image.has_instances = scene.levels != 0;
   const RenderJob job{scene, options, CameraRays(camera, options.width, options.height), Studio(camera)};
   Tally tally;

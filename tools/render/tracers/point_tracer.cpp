@@ -15,7 +15,7 @@ HIPRT_ISA_LIST
 
 namespace {
 
-struct Isa {
+struct PointIsa {
   std::string_view name;
   bool (*points)(const PointJob& job);
   bool (*sides)(const SideJob& job);
@@ -23,21 +23,21 @@ struct Isa {
 };
 
 /// Worst first.
-constexpr Isa kIsas[] = {
+constexpr PointIsa kPointIsas[] = {
 #define HIPRT_ISA(name) {#name, &find_points_##name, &find_sides_##name, &find_overlaps_##name},
     HIPRT_ISA_LIST
 #undef HIPRT_ISA
 };
 
-const Isa& chosen_isa() {
-  static const Isa& chosen = format_detail::best_isa(kIsas);
+const PointIsa& chosen_point_isa() {
+  static const PointIsa& chosen = format_detail::best_isa(kPointIsas);
   return chosen;
 }
 
 }  // namespace
 
-bool find(const PointJob& job) { return chosen_isa().points(job); }
-bool find(const SideJob& job) { return chosen_isa().sides(job); }
-bool find(const OverlapJob& job) { return chosen_isa().overlaps(job); }
+bool find(const PointJob& job) { return chosen_point_isa().points(job); }
+bool find(const SideJob& job) { return chosen_point_isa().sides(job); }
+bool find(const OverlapJob& job) { return chosen_point_isa().overlaps(job); }
 
 }  // namespace hiprt::tools

@@ -15,7 +15,7 @@ namespace {
 static_assert(std::is_trivially_copyable_v<PathSum> && sizeof(PathSum) == 32);
 
 /// As in path_trace.cpp: a tile's memory fits into a core's cache.
-constexpr std::uint32_t kTileSize = 32;
+constexpr std::uint32_t kPathTileSize = 32;
 
 }  // namespace
 
@@ -41,9 +41,9 @@ build::Result<RayCounts> PathWork::run(const PictureUnit& unit, std::span<std::b
     if (done) done = gpu_->download(sums);
   } else {
     const PathSums all{sums.data(), unit.left, unit.top, unit.width};
-    for (std::uint32_t x = 0; done && x < unit.width; x += kTileSize) {
+    for (std::uint32_t x = 0; done && x < unit.width; x += kPathTileSize) {
       part.left = unit.left + x;
-      part.width = std::min(kTileSize, unit.width - x);
+      part.width = std::min(kPathTileSize, unit.width - x);
       done = trace_tile(scene_, alpha_cutout_, part, all, rays);
     }
   }

@@ -19,12 +19,12 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary files are little-endian and copied as they are");
 
-constexpr std::uint64_t kHeaderBytes = 84, kFacetBytes = 50, kNormalBytes = 12;
+constexpr std::uint64_t kBinaryHeaderBytes = 84, kFacetBytes = 50, kNormalBytes = 12;
 
 /// Facet count of a binary file's header; 0 without header.
 std::uint32_t facet_count(std::span<const std::byte> bytes) {
   std::uint32_t facets = 0;
-  if (bytes.size() >= kHeaderBytes) std::memcpy(&facets, bytes.data() + 80, sizeof(facets));
+  if (bytes.size() >= kBinaryHeaderBytes) std::memcpy(&facets, bytes.data() + 80, sizeof(facets));
   return facets;
 }
 
@@ -35,10 +35,10 @@ void warn_rest(Mesh& mesh, std::uint64_t bytes) {
 }
 
 build::Result<Mesh> read_binary(std::span<const std::byte> bytes) {
-  if (bytes.size() < kHeaderBytes)
+  if (bytes.size() < kBinaryHeaderBytes)
     return invalid_input(std::to_string(bytes.size()) + " bytes are too few for the header of a binary STL file, 84");
   const std::uint32_t facets = facet_count(bytes);
-  const std::uint64_t expected = kHeaderBytes + kFacetBytes * facets;
+  const std::uint64_t expected = kBinaryHeaderBytes + kFacetBytes * facets;
   if (bytes.size() < expected)
     return invalid_input("truncated: the header says " + std::to_string(facets) + " facets, which takes " +
                          std::to_string(expected) + " bytes, but the file has " + std::to_string(bytes.size()));
@@ -50,7 +50,7 @@ build::Result<Mesh> read_binary(std::span<const std::byte> bytes) {
   mesh.triangles.resize(facets);
   for (std::uint32_t i = 0; i < facets; ++i) {
     if (interrupted_at(i)) return cancelled();
-    const std::byte* corners = bytes.data() + kHeaderBytes + kFacetBytes * i + kNormalBytes;
+    const std::byte* corners = bytes.data() + kBinaryHeaderBytes + kFacetBytes * i + kNormalBytes;
     std::memcpy(&mesh.positions[3 * std::size_t{i}], corners, 3 * sizeof(build::Position));
     mesh.triangles[i] = {3 * i, 3 * i + 1, 3 * i + 2};
   }
@@ -229,7 +229,7 @@ bool starts_with_solid(std::span<const std::byte> bytes) {
 
 build::Result<Mesh> read_stl(std::span<const std::byte> bytes) {
   // Many binary files begin with "solid", too. Their size identifies them.
-  const bool has_binary_size = bytes.size() == kHeaderBytes + kFacetBytes * facet_count(bytes);
+  const bool has_binary_size = bytes.size() == kBinaryHeaderBytes + kFacetBytes * facet_count(bytes);
   std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   if (!has_binary_size && is_utf16(text)) return invalid_input(kUtf16Fault);
   if (has_binary_size || !starts_with_solid(bytes)) return read_binary(bytes);
