@@ -3,6 +3,7 @@
 
 - `<!-- fact: NAME -->VALUE<!-- /fact -->` in a page has the value that facts() finds.
 - The tables of stacks, builders, layouts and sections name all that there are, and nothing else.
+- The table of registers in GPUS.md is what tests/gpu/resources.json says.
 - A build folder that a page installs from is that of a preset with an install target and all of its files.
 - The charts in hiprt_device/docs/images are what make_charts.py draws.
 """
@@ -97,6 +98,30 @@ def install_faults(root: Path) -> list[str]:
     return faults if count else ["no page says 'cmake --install build/PRESET'; test_facts.py has to follow"]
 
 
+def waves(architecture: str, registers: int) -> int:
+    """Most waves of a SIMD unit, by the registers of a kernel: AMD's tables of each family."""
+    step, of_unit, most = {"gfx90a": (8, 512, 8), "gfx1030": (8, 1024, 16), "gfx1100": (24, 1536, 16)}[architecture]
+    return min(most, of_unit // (-(-max(registers, 1) // step) * step))
+
+
+def register_faults(root: Path) -> list[str]:
+    """The rows `| architecture | more, fewer, + worst | ... | lost of each compiler |` for the traversal kernels."""
+    sources = json.loads(read(root, "tests/gpu/resources.json"))["sources"]
+    kernels = sources["tests/gpu/resource_traversal.hip"]["kernels"].values()
+    faults = []
+    for architecture in ("gfx90a", "gfx1030", "gfx1100"):
+        cells, lost = [], []
+        for compiler in ("clang17", "clang21"):
+            pairs = [(k[architecture]["registers"], k[f"{architecture}.{compiler}"]["registers"]) for k in kernels]
+            more = [after - before for before, after in pairs if after > before]
+            cells.append(f"{len(more)}, {sum(after < before for before, after in pairs)}, + {max(more, default=0)}")
+            lost.append(sum(waves(architecture, after) < waves(architecture, before) for before, after in pairs))
+        row = f"| {architecture} | {cells[0]} | {cells[1]} | {lost[0]} and {lost[1]} kernels |"
+        if row not in read(root, pages.DOCS + "GPUS.md"):
+            faults.append(f"GPUS.md: registers by compiler: expected the row '{row}'")
+    return faults
+
+
 def chart_faults(root: Path) -> list[str]:
     images = root / pages.DOCS / "images"
     with tempfile.TemporaryDirectory() as folder:
@@ -114,7 +139,7 @@ def main() -> int:
             count += 1
             if known.get(fact) != value:
                 faults.append(f"{name}: {fact} is {known.get(fact, 'no fact')}, the page says {value}")
-    faults += list_faults(root) + install_faults(root) + chart_faults(root)
+    faults += list_faults(root) + register_faults(root) + install_faults(root) + chart_faults(root)
     print("\n".join(faults) or f"{count} facts and the lists of the pages are the code's")
     return 1 if faults else 0
 
