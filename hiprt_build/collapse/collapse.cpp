@@ -3,7 +3,7 @@
 namespace hiprt::build {
 namespace {
 
-constexpr std::uint32_t kCollapseTaskSize = 4096;
+constexpr std::uint32_t kTaskSize = 4096;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ void WideTree::make_plan(std::uint32_t node) {
     return;
   }
   const std::uint32_t left = tree_.left(node), right = tree_.right(node);
-  if (count < kCollapseTaskSize) {
+  if (count < kTaskSize) {
     make_plan(left);
     make_plan(right);
   } else {

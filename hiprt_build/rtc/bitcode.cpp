@@ -17,12 +17,10 @@ using build::Error;
 using build::ErrorCode;
 using build::Result;
 
-tl::unexpected<Error> bitcode_error(ErrorCode code, std::string message) {
+tl::unexpected<Error> fail(ErrorCode code, std::string message) {
   return tl::unexpected(Error{code, "bitcode: " + std::move(message)});
 }
-tl::unexpected<Error> invalid(std::string message) {
-  return bitcode_error(ErrorCode::kInvalidInput, std::move(message));
-}
+tl::unexpected<Error> invalid(std::string message) { return fail(ErrorCode::kInvalidInput, std::move(message)); }
 
 /// Bundles begin with this. Then follow the number of entries and for each: offset, size, length of the name, name. See
 /// clang's documentation, "Clang Offload Bundler".
@@ -104,11 +102,11 @@ Result<std::span<const std::byte>> find_bitcode(std::span<const std::byte> code,
 Result<MemoryFile> MemoryFile::make(std::span<const std::byte> bytes) {
   MemoryFile file(memfd_create("hiprt", MFD_CLOEXEC));
   const auto reason = [] { return std::system_category().message(errno); };
-  if (file.descriptor_ < 0) return bitcode_error(ErrorCode::kIo, "memfd_create: " + reason());
+  if (file.descriptor_ < 0) return fail(ErrorCode::kIo, "memfd_create: " + reason());
   while (!bytes.empty()) {
     const ssize_t written = write(file.descriptor_, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return bitcode_error(ErrorCode::kIo, "write: " + reason());
+    if (written <= 0) return fail(ErrorCode::kIo, "write: " + reason());
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
   return file;

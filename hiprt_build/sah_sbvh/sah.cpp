@@ -6,7 +6,7 @@
 namespace hiprt::build {
 namespace {
 
-constexpr std::size_t kSahTaskSize = 2048;
+constexpr std::size_t kTaskSize = 2048;
 
 class SahBuilder {
  public:
@@ -30,7 +30,7 @@ class SahBuilder {
     const std::size_t left = node + 1, right = node + 2 * (middle - begin);
     const auto build_left = [&] { build(left, begin, middle, bounds_of(begin, middle), depth + 1); };
     const auto build_right = [&] { build(right, middle, end, bounds_of(middle, end), depth + 1); };
-    if (count < kSahTaskSize) {
+    if (count < kTaskSize) {
       build_left();
       build_right();
     } else {

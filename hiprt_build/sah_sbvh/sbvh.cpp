@@ -12,7 +12,7 @@
 namespace hiprt::build {
 namespace {
 
-constexpr std::size_t kSplitTaskSize = 1024;
+constexpr std::size_t kTaskSize = 1024;
 /// So many references that cross all slabs take a wave_range milliseconds.
 constexpr std::size_t kSlabChunk = 256;
 
@@ -62,7 +62,7 @@ class SbvhBuilder {
     LinkedRef left = 0, right = 0;
     const auto build_left = [&] { left = build(halves.left, bounds_of(halves.left), depth + 1); };
     const auto build_right = [&] { right = build(halves.right, bounds_of(halves.right), depth + 1); };
-    if (range.size() < kSplitTaskSize) {
+    if (range.size() < kTaskSize) {
       build_left();
       build_right();
     } else {

@@ -6,7 +6,7 @@
 namespace hiprt::build {
 namespace {
 
-constexpr std::uint32_t kFlattenTaskSize = 4096;
+constexpr std::uint32_t kTaskSize = 4096;
 
 class Flattener {
  public:
@@ -28,7 +28,7 @@ class Flattener {
     tree_.nodes[at] = {node.box, first, count};
     const auto write_left = [&] { write(node.child[0], at + 1, first, depth + 1); };
     const auto write_right = [&] { write(node.child[1], at + 2 * left, first + left, depth + 1); };
-    if (count < kFlattenTaskSize) {
+    if (count < kTaskSize) {
       write_left();
       write_right();
     } else {
@@ -57,7 +57,7 @@ class Flattener {
   }
 
   SimdBox halve(std::uint32_t at, std::uint32_t first, std::uint32_t count) {
-    if (count >= kFlattenTaskSize) engine_.monitor().check();
+    if (count >= kTaskSize) engine_.monitor().check();
     SimdBox box;
     if (count == 1) {
       box = simd_box(tree_.references[first]);

@@ -17,6 +17,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -31,18 +32,20 @@ bool compile(const std::string& root, const char* path) {
   if (HIPRT_RTC(CreateProgram)(&program, source.str().c_str(), path, 1, headers, header_names) != HIPRT_RTC_SUCCESS)
     return false;
   const std::string include = "-I" + root, names = include + "/hiprt_device/compat";
-#if HIPRT_NVRTC
-#ifdef HIPRT_QUICK_TESTS
+  std::vector<const char*> options = {"-std=c++20", include.c_str(), names.c_str()};
+#if HIPRT_NVRTC && defined(HIPRT_QUICK_TESTS)
   // PTX. ptxas assembles the same kernels in the test headers_nvcc.
-  const char* const arch = "-arch=compute_90";
+  options.push_back("-arch=compute_90");
+#elif HIPRT_NVRTC
+  options.push_back("-arch=sm_90");
 #else
-  const char* const arch = "-arch=sm_90";
+  options.push_back("--offload-arch=gfx1030");
 #endif
-  const char* options[] = {"-std=c++20", arch, include.c_str(), names.c_str()};
-#else
-  const char* options[] = {"-std=c++20", "--offload-arch=gfx1030", include.c_str(), names.c_str()};
+#ifdef HIPRT_QUICK_TESTS
+  // Traversals compile in less time.
+  options.push_back("-DHIPRT_LEAVE_INLINING");
 #endif
-  const auto result = HIPRT_RTC(CompileProgram)(program, 4, options);
+  const auto result = HIPRT_RTC(CompileProgram)(program, static_cast<int>(options.size()), options.data());
   if (result != HIPRT_RTC_SUCCESS) {
     std::size_t size = 0;
     HIPRT_RTC(GetProgramLogSize)(program, &size);

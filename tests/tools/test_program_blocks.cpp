@@ -109,7 +109,7 @@ TEST_CASE("bvhtrace --resume: killed at random moments, then whole; other work i
   write_inputs(folder, 200'000);
   run(trace(folder, "whole"));
   const std::string kept = folder / "kept";
-  const Words words = trace(folder, "parts", {"--resume", kept, "--block", "100", "--resume-every", "0"});
+  const Words words = trace(folder, "parts", {"--resume", kept, "--block", "1000", "--resume-every", "0"});
   const std::uint64_t seed = 20261127;
   CAPTURE(seed);
   oracle::Random random(seed);
@@ -128,8 +128,9 @@ TEST_CASE("bvhtrace --resume: killed at random moments, then whole; other work i
         CHECK(result.status == 1);
         CHECK_THAT(result.err, Contains(word));
       };
-      refuses(trace(folder, "parts", {"--resume", kept, "--block", "101"}), "block is 100 there and 101 here");
-      refuses(trace(folder, "parts", {"--resume", kept, "--block", "100", "--query", "any"}), "query is closest there");
+      refuses(trace(folder, "parts", {"--resume", kept, "--block", "1001"}), "block is 1000 there and 1001 here");
+      refuses(trace(folder, "parts", {"--resume", kept, "--block", "1000", "--query", "any"}),
+              "query is closest there");
       const std::string bytes = read_file(kept);
       folder.write("kept", bytes.substr(0, bytes.size() - 1));
       refuses(words, "damaged");
