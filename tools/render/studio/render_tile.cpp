@@ -264,14 +264,14 @@ bool TileRenderer::is_on_edge(const Hit& hit) const {
 }
 
 void TileRenderer::shade_boxes() {
-  constexpr float kAmbient = 0.35f, kInk = 0.02f;
+  constexpr float kAmbient = 0.35f, kEdgeInk = 0.02f;
   const float weight = 1.0f / static_cast<float>(job_.options.samples);
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     Vec3 color = backdrop_of(i);
     if (hits_[i].found()) {
       const float cosine = std::max(0.0f, -glm::dot(facing_normal(rays_[i], hits_[i]), rays_[i].direction));
       color = is_on_edge(hits_[i])
-                  ? Vec3(kInk)
+                  ? Vec3(kEdgeInk)
                   : color_of(TreeBoxes::box_of_triangle(hits_[i].primitive)) * (kAmbient + (1.0f - kAmbient) * cosine);
     }
     pixels_.pixels[pixel_of(i)].color += color * weight;
