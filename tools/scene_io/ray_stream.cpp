@@ -80,8 +80,8 @@ build::Result<std::vector<Ray>> RayStream::read(std::uint64_t first, std::size_t
   return rays;
 }
 
-build::Result<PartFile> PartFile::open(const std::filesystem::path& path, std::uint64_t size, bool goes_on) {
-  PartFile file;
+build::Result<PartialOutput> PartialOutput::open(const std::filesystem::path& path, std::uint64_t size, bool goes_on) {
+  PartialOutput file;
   // A link stays a link.
   std::error_code ignored;
   file.path_ = std::filesystem::weakly_canonical(path, ignored);
@@ -103,7 +103,7 @@ build::Result<PartFile> PartFile::open(const std::filesystem::path& path, std::u
   return file;
 }
 
-build::Result<void> PartFile::write(std::uint64_t offset, std::span<const std::byte> bytes) const {
+build::Result<void> PartialOutput::write(std::uint64_t offset, std::span<const std::byte> bytes) const {
   const bool written = whole(bytes.size(), offset, [&](std::size_t done, std::size_t size, off_t at) {
     return ::pwrite(file_.number(), bytes.data() + done, size, at);
   });
@@ -111,16 +111,16 @@ build::Result<void> PartFile::write(std::uint64_t offset, std::span<const std::b
   return {};
 }
 
-build::Result<void> PartFile::flush() const {
+build::Result<void> PartialOutput::flush() const {
   if (::fsync(file_.number()) != 0) return system_fault("flush", part_);
   return {};
 }
 
-build::Result<void> PartFile::publish() const {
+build::Result<void> PartialOutput::publish() const {
   if (::rename(part_.c_str(), path_.c_str()) != 0) return system_fault("rename", part_);
   return {};
 }
 
-void PartFile::remove() const { ::unlink(part_.c_str()); }
+void PartialOutput::remove() const { ::unlink(part_.c_str()); }
 
 }  // namespace hiprt::tools

@@ -60,14 +60,14 @@ class RayStream {
 };
 
 /// A file whose parts are written in any order, below another name (PATH.part) until publish().
-class PartFile {
+class PartialOutput {
  public:
   /// @param size of the whole file. @param goes_on whether the file must be there, from an earlier run.
   /// @return kIo; kInvalidInput if the file of an earlier run is missing or of another size.
-  static build::Result<PartFile> open(const std::filesystem::path& path, std::uint64_t size, bool goes_on);
+  static build::Result<PartialOutput> open(const std::filesystem::path& path, std::uint64_t size, bool goes_on);
 
-  PartFile(PartFile&&) noexcept = default;
-  PartFile& operator=(PartFile&&) noexcept = default;
+  PartialOutput(PartialOutput&&) noexcept = default;
+  PartialOutput& operator=(PartialOutput&&) noexcept = default;
 
   build::Result<void> write(std::uint64_t offset, std::span<const std::byte> bytes) const;
   /// Waits until what was written is on the disk.
@@ -78,7 +78,7 @@ class PartFile {
   void remove() const;
 
  private:
-  PartFile() = default;
+  PartialOutput() = default;
 
   std::filesystem::path path_, part_;
   Descriptor file_;

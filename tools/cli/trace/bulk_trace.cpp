@@ -62,11 +62,11 @@ class Writer {
     const auto kept = load_journal();
     if (!kept) return tl::unexpected(kept.error());
     const std::uint64_t rays = scene_.rays.count(), levels = scene_.scene.levels;
-    auto hits = PartFile::open(output_.hits, rays * sizeof(HitRecord), *kept);
+    auto hits = PartialOutput::open(output_.hits, rays * sizeof(HitRecord), *kept);
     if (!hits) return tl::unexpected(std::move(hits.error()));
     hits_ = std::move(*hits);
     if (!scene_.paths) return {};
-    auto paths = PartFile::open(output_.paths, sizeof(PathsHeader) + rays * levels * sizeof(PathRecord), *kept);
+    auto paths = PartialOutput::open(output_.paths, sizeof(PathsHeader) + rays * levels * sizeof(PathRecord), *kept);
     if (!paths) return tl::unexpected(std::move(paths.error()));
     paths_ = std::move(*paths);
     const PathsHeader header{static_cast<std::uint32_t>(std::min<std::uint64_t>(rays, ~std::uint32_t{0})),
@@ -147,7 +147,7 @@ class Writer {
   const BulkScene& scene_;
   const BulkOutput& output_;
   BlockJournal journal_;
-  std::optional<PartFile> hits_, paths_;
+  std::optional<PartialOutput> hits_, paths_;
   build::Stopwatch watch_;
   double since_ = 0.0;  ///< Seconds from the last write of the journal.
   bool published_ = false;
