@@ -54,11 +54,11 @@ function(hiprt_target)
 endfunction()
 
 option(HIPRT_UNITY_BUILD
-  "Compile eight sources of the tools' libraries as one: half the time, but a change compiles all of them" OFF)
+  "Compile eight sources of the tools' libraries as one: less time, but a change of one compiles all eight" OFF)
 mark_as_advanced(HIPRT_UNITY_BUILD)
 
-# hiprt_unity(<target>...): for libraries whose sources have no names in common, and that nobody links in part. (hiprt's
-# own libraries are linked in part: a program that builds on a GPU gets neither Embree nor oneTBB.)
+# hiprt_unity(<target>...): for libraries whose sources have no names in common, and that nobody links in part. hiprt's
+# own libraries are linked in part: libhiprt0300164.so gets neither Embree nor oneTBB.
 function(hiprt_unity)
   set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ${HIPRT_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 8)
 endfunction()

@@ -1,5 +1,6 @@
 /// run_time_compile ROOT KERNEL...: compiles source files of kernels with a run-time compiler, without a shim. The only
-/// options are the language, the architecture and the folders of the headers. It needs no GPU.
+/// options are the language, the architecture and the folders of the headers. In the quick set the compiler also
+/// decides what to inline. It needs no GPU.
 ///
 /// HIPRT_NVRTC: by NVRTC; otherwise by hipRTC. Exit status: 0, or 1 (a file failed; its log is printed).
 

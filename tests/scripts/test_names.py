@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""test_names.py ROOT: no two files define types of one name in one namespace.
+"""test_names.py ROOT: no two files of hiprt_build and tools define types of one name in one namespace.
 
-The linker keeps one copy of the functions of such types, without a word, and calls it for both (the one definition
-rule of C++). Types in unnamed namespaces and templates' specializations are not meant. Programs are not linked with
-each other: each folder of benchmarks and tests, and each of the libraries that take another's place, is by itself.
+The linker keeps one copy of the inline functions of such types, without a word, and calls it for both (the one
+definition rule of C++). Unnamed namespaces and specializations of templates are not meant.
 """
 
 import re
@@ -14,7 +13,7 @@ from pathlib import Path
 TYPE = re.compile(r"^(?:struct|class|union|enum(?: class)?) (?:alignas\(\w+\) )?(\w+)(?: final)?(?: :[^;]*)? ?\{")
 OPENED = re.compile(r"^(?:inline )?namespace ?([\w:]*) \{$")
 CLOSED = re.compile(r"^\}  // (?:inline )?namespace")
-# What is linked with each other.
+# What is linked together.
 TOGETHER = ("tools", "hiprt_build")
 
 

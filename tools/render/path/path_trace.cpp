@@ -17,9 +17,6 @@
 namespace hiprt::tools {
 namespace {
 
-/// As in render.cpp: a tile's memory fits into a core's cache.
-constexpr std::uint32_t kTileSize = 32;
-
 /// Samples between two looks at the picture, at most.
 constexpr std::uint32_t kMostSamplesOfPass = 64;
 

@@ -16,9 +16,6 @@
 namespace hiprt::tools {
 namespace {
 
-/// A tile's rays and hits fit into a core's cache, and there are enough tiles for many threads.
-constexpr std::uint32_t kRenderTileSize = 32;
-
 /// Tiles whose rays go to a GPU together: half a million pixels, in about 150 MB of rays, hits and sums.
 constexpr std::size_t kTilesTogether = 512;
 
@@ -46,8 +43,8 @@ struct TiledPicture {
   explicit TiledPicture(const RenderOptions& options)
       : image(options.width, options.height),
         cost(options.mode == RenderMode::kHeatmap ? image.pixels.size() : 0),
-        columns((options.width + kRenderTileSize - 1) / kRenderTileSize),
-        tiles(std::size_t{columns} * ((options.height + kRenderTileSize - 1) / kRenderTileSize)) {}
+        columns((options.width + kTileSize - 1) / kTileSize),
+        tiles(std::size_t{columns} * ((options.height + kTileSize - 1) / kTileSize)) {}
 
   Image image;
   std::vector<float> cost;
@@ -55,37 +52,37 @@ struct TiledPicture {
   std::size_t tiles;
 };
 
-TileRenderer make_tile(const RenderJob& job, TiledPicture& canvas, std::size_t index) {
-  const std::uint32_t left = static_cast<std::uint32_t>(index % canvas.columns) * kRenderTileSize;
-  const std::uint32_t top = static_cast<std::uint32_t>(index / canvas.columns) * kRenderTileSize;
-  const Tile tile{left, top, std::min(left + kRenderTileSize, job.options.width),
-                  std::min(top + kRenderTileSize, job.options.height)};
-  return TileRenderer(job, tile, {canvas.image.pixels, canvas.cost, 0, 0, canvas.image.width});
+TileRenderer make_tile(const RenderJob& job, TiledPicture& picture, std::size_t index) {
+  const std::uint32_t left = static_cast<std::uint32_t>(index % picture.columns) * kTileSize;
+  const std::uint32_t top = static_cast<std::uint32_t>(index / picture.columns) * kTileSize;
+  const Tile tile{left, top, std::min(left + kTileSize, job.options.width),
+                  std::min(top + kTileSize, job.options.height)};
+  return TileRenderer(job, tile, {picture.image.pixels, picture.cost, 0, 0, picture.image.width});
 }
 
-build::Result<void> render_on_cpu(const RenderJob& job, TiledPicture& canvas, Tally& tally, const ThreadLimit& limit,
+build::Result<void> render_on_cpu(const RenderJob& job, TiledPicture& picture, Tally& tally, const ThreadLimit& limit,
                                   const std::function<void(double)>& progress) {
   const auto render_tiles = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      TileRenderer tile = make_tile(job, canvas, i);
+      TileRenderer tile = make_tile(job, picture, i);
       tile.run(0, TileRenderer::passes(job.options));
       tally.add(tile);
     }
   };
-  if (parallel_batches(canvas.tiles, 1, limit, render_tiles, progress)) return {};
+  if (parallel_batches(picture.tiles, 1, limit, render_tiles, progress)) return {};
   return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled, nothing was written"});
 }
 
-build::Result<void> render_on_gpu(GpuTracer& gpu, const RenderJob& job, TiledPicture& canvas, Tally& tally,
+build::Result<void> render_on_gpu(GpuTracer& gpu, const RenderJob& job, TiledPicture& picture, Tally& tally,
                                   const ThreadLimit& limit, const std::function<void(double)>& progress) {
-  for (std::size_t begin = 0; begin < canvas.tiles; begin += kTilesTogether) {
-    const std::size_t count = std::min(kTilesTogether, canvas.tiles - begin);
+  for (std::size_t begin = 0; begin < picture.tiles; begin += kTilesTogether) {
+    const std::size_t count = std::min(kTilesTogether, picture.tiles - begin);
     std::vector<TileRenderer> tiles;
     tiles.reserve(count);
-    for (std::size_t i = 0; i < count; ++i) tiles.push_back(make_tile(job, canvas, begin + i));
+    for (std::size_t i = 0; i < count; ++i) tiles.push_back(make_tile(job, picture, begin + i));
     const auto report = [&](double done) {
       const double finished = static_cast<double>(begin) + done * static_cast<double>(count);
-      if (progress) progress(finished / static_cast<double>(canvas.tiles));
+      if (progress) progress(finished / static_cast<double>(picture.tiles));
     };
     const auto on_gpu = render_together(gpu, job, tiles, {0, TileRenderer::passes(job.options)}, limit, report);
     if (!on_gpu) return tl::unexpected(on_gpu.error());
@@ -100,23 +97,24 @@ build::Result<void> render_on_gpu(GpuTracer& gpu, const RenderJob& job, TiledPic
 build::Result<Rendering> render(const SceneView& scene, const Camera& camera, const RenderOptions& options,
                                 const std::function<void(double)>& progress, GpuTracer* gpu) try {
   const auto start = std::chrono::steady_clock::now();
-  TiledPicture canvas(options);
-  canvas.image.has_instances = scene.levels != 0;
+  TiledPicture picture(options);
+  picture.image.has_instances = scene.levels != 0;
   const RenderJob job{scene, options, CameraRays(camera, options.width, options.height), Studio(camera)};
   Tally tally;
   const ThreadLimit limit(options.threads);
-  const auto done = gpu != nullptr ? render_on_gpu(*gpu, job, canvas, tally, limit, progress)
-                                   : render_on_cpu(job, canvas, tally, limit, progress);
+  const auto done = gpu != nullptr ? render_on_gpu(*gpu, job, picture, tally, limit, progress)
+                                   : render_on_cpu(job, picture, tally, limit, progress);
   if (!done) return tl::unexpected(done.error());
   if (tally.failed())
     return tl::unexpected(
         build::Error{build::ErrorCode::kInvalidInput, "the scene has features that this tracer was not compiled for"});
-  if (options.mode == RenderMode::kHeatmap) apply_heatmap(canvas.image, canvas.cost);
+  if (options.mode == RenderMode::kHeatmap) apply_heatmap(picture.image, picture.cost);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  const double steps = std::accumulate(canvas.cost.begin(), canvas.cost.end(), 0.0);
-  return Rendering{std::move(canvas.image), tally.rays(),
-                   limit.threads(),         seconds.count(),
-                   options.samples,         steps / static_cast<double>(std::max<std::size_t>(canvas.cost.size(), 1))};
+  const double steps = std::accumulate(picture.cost.begin(), picture.cost.end(), 0.0);
+  return Rendering{
+      std::move(picture.image), tally.rays(),
+      limit.threads(),          seconds.count(),
+      options.samples,          steps / static_cast<double>(std::max<std::size_t>(picture.cost.size(), 1))};
 } catch (const std::bad_alloc& failure) {
   return tl::unexpected(build::out_of_memory({"for the picture"}, failure));
 }

@@ -5,6 +5,7 @@
 #include <tools/render/studio/studio.h>
 #include <tools/render/tracers/tracer.h>
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct RenderJob {
   CameraRays camera;
   Studio studio;
 };
+
+/// Side of a tile on the CPU, in pixels. Its rays and hits, or its paths, fit into a core's cache, and there are enough
+/// tiles for many threads.
+inline constexpr std::uint32_t kTileSize = 32;
 
 /// A rectangle of pixels; right and bottom are exclusive.
 struct Tile {

@@ -3,6 +3,7 @@
 #include <tools/base/parallel.h>
 #include <tools/render/path/gpu_path_tracer.h>
 #include <tools/render/path/path_tile.h>
+#include <tools/render/studio/render_tile.h>
 
 #include <algorithm>
 #include <cstring>
@@ -13,9 +14,6 @@ namespace {
 
 // Ranks and checkpoints exchange the bytes.
 static_assert(std::is_trivially_copyable_v<PathSum> && sizeof(PathSum) == 32);
-
-/// As in path_trace.cpp: a tile's memory fits into a core's cache.
-constexpr std::uint32_t kPathTileSize = 32;
 
 }  // namespace
 
@@ -41,9 +39,9 @@ build::Result<RayCounts> PathWork::run(const PictureUnit& unit, std::span<std::b
     if (done) done = gpu_->download(sums);
   } else {
     const PathSums all{sums.data(), unit.left, unit.top, unit.width};
-    for (std::uint32_t x = 0; done && x < unit.width; x += kPathTileSize) {
+    for (std::uint32_t x = 0; done && x < unit.width; x += kTileSize) {
       part.left = unit.left + x;
-      part.width = std::min(kPathTileSize, unit.width - x);
+      part.width = std::min(kTileSize, unit.width - x);
       done = trace_tile(scene_, alpha_cutout_, part, all, rays);
     }
   }

@@ -3,6 +3,7 @@
 #include <tools/base/errors.h>
 #include <tools/render/studio/heatmap.h>
 #include <tools/render/studio/render_batches.h>
+#include <tools/render/studio/render_tile.h>
 
 #include <algorithm>
 #include <cstring>
@@ -21,9 +22,6 @@ struct StudioPixel {
 // Ranks and checkpoints exchange the bytes.
 static_assert(std::is_trivially_copyable_v<StudioPixel> && sizeof(StudioPixel) == 116);
 
-/// As in render.cpp: a tile's memory fits into a core's cache.
-constexpr std::uint32_t kStudioTileSize = 32;
-
 /// The pixels of a unit, and the tiles that compute them.
 class UnitPixels {
  public:
@@ -31,9 +29,9 @@ class UnitPixels {
       : unit_(unit), pixels_(unit.pixels()), cost_(job.options.mode == RenderMode::kHeatmap ? unit.pixels() : 0) {
     const TilePixels all{pixels_, cost_, unit.left, unit.top, unit.width};
     const std::uint32_t right = unit.left + unit.width, bottom = unit.top + unit.height;
-    for (std::uint32_t top = unit.top; top < bottom; top += kStudioTileSize)
-      for (std::uint32_t left = unit.left; left < right; left += kStudioTileSize) {
-        const Tile tile{left, top, std::min(left + kStudioTileSize, right), std::min(top + kStudioTileSize, bottom)};
+    for (std::uint32_t top = unit.top; top < bottom; top += kTileSize)
+      for (std::uint32_t left = unit.left; left < right; left += kTileSize) {
+        const Tile tile{left, top, std::min(left + kTileSize, right), std::min(top + kTileSize, bottom)};
         bounds_.push_back(tile);
         tiles_.emplace_back(job, tile, all);
       }
