@@ -29,14 +29,14 @@ double seconds_of(clockid_t clock) {
 }
 
 /// Seconds of this thread's processor that @p work takes.
-template <class Work> double processor_seconds(const Work& work) {
-  const double begin = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+template <class Work> double processor_seconds_of(const Work& work) {
+  const double begin = processor_seconds();
   work();
-  return seconds_of(CLOCK_THREAD_CPUTIME_ID) - begin;
+  return processor_seconds() - begin;
 }
 
 /// Seconds of the process's other threads.
-double seconds_of_others() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID) - seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+double seconds_of_others() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID) - processor_seconds(); }
 
 /// Seconds of each round of each tile. @param work of one step.
 build::Result<std::vector<std::vector<double>>> time_tiles(tools::PathWork& work, const PictureGrid& grid,
@@ -48,7 +48,7 @@ build::Result<std::vector<std::vector<double>>> time_tiles(tools::PathWork& work
       const PictureUnit unit = grid.unit(tile, 1, round, 1);
       std::vector<std::byte> state(unit.pixels() * work.pixel_bytes());
       build::Result<tools::RayCounts> rays;
-      const double took = processor_seconds([&] { rays = work.run(unit, state); });
+      const double took = processor_seconds_of([&] { rays = work.run(unit, state); });
       if (!rays) return tl::unexpected(rays.error());
       seconds[tile].push_back(took);
     }
@@ -84,7 +84,7 @@ struct Dealing {
   void deal_one(unsigned rank) {
     std::optional<PictureUnit> unit;
     std::vector<std::byte> message;
-    seconds += processor_seconds([&] {
+    seconds += processor_seconds_of([&] {
       unit = dealer.next(rank);
       if (unit) message = encode(tools::UnitJob{*unit, state.cut(*unit)});
     });
@@ -93,7 +93,7 @@ struct Dealing {
     auto job = tools::decode_job(message, state.pixel_bytes);
     // As long as a unit of the real run, so that the dealer chooses units of one step.
     const std::vector<std::byte> result = encode(tools::UnitResult{std::move(*job), {}, 0.5, {}});
-    seconds += processor_seconds([&] {
+    seconds += processor_seconds_of([&] {
       const auto taken = tools::decode_result(result, state.pixel_bytes);
       dealer.take(rank, *unit, taken->seconds);
       state.paste(*unit, taken->job.state);
@@ -138,19 +138,24 @@ build::Result<PictureCosts> measure_picture(const SceneFile& file, const tools::
   return costs;
 }
 
+std::uint32_t tile_of_view(const PictureGrid& grid, std::uint32_t tile, const PictureGrid& other) {
+  const PictureUnit unit = grid.unit(tile, 1, 0, 1);
+  const auto place = [](std::uint32_t at, std::uint32_t size, std::uint32_t to) {
+    return static_cast<std::uint32_t>(std::uint64_t{at} * to / size);
+  };
+  const std::uint32_t x = place(unit.left + unit.width / 2, grid.width, other.width) / other.tile,
+                      y = place(unit.top + unit.height / 2, grid.height, other.height) / other.tile;
+  return y * other.columns() + x;
+}
+
 PictureCosts enlarged(const PictureCosts& measured, std::uint32_t width, std::uint32_t height, std::uint32_t steps,
                       unsigned workers) {
   PictureCosts costs{tools::choose_grid(width, height, workers), steps, measured.pixel_bytes, {}, measured.deviation};
   const PictureGrid& from = measured.grid;
   for (std::uint32_t tile = 0; tile < costs.grid.tiles(); ++tile) {
-    const PictureUnit unit = costs.grid.unit(tile, 1, 0, 1);
-    const auto place = [](std::uint32_t at, std::uint32_t size, std::uint32_t to) {
-      return static_cast<std::uint32_t>(std::uint64_t{at} * to / size);
-    };
-    const std::uint32_t x = place(unit.left + unit.width / 2, width, from.width) / from.tile,
-                        y = place(unit.top + unit.height / 2, height, from.height) / from.tile;
-    const std::uint32_t there = y * from.columns() + x;
-    costs.tile_seconds.push_back(measured.tile_seconds[there] * static_cast<double>(unit.pixels()) /
+    const std::uint32_t there = tile_of_view(costs.grid, tile, from);
+    costs.tile_seconds.push_back(measured.tile_seconds[there] *
+                                 static_cast<double>(costs.grid.unit(tile, 1, 0, 1).pixels()) /
                                  static_cast<double>(from.unit(there, 1, 0, 1).pixels()));
   }
   return costs;
@@ -171,9 +176,23 @@ RankCosts measure_dealing(std::size_t pixel_bytes) {
   return costs;
 }
 
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kThere = 1, kBack = 2;
+
+/// A message of another rank. @return kBackend if none comes.
+build::Result<tools::RankMessage> receive(tools::Ranks& ranks, int tag) {
+  if (auto message = ranks.receive(tag, 10s)) return std::move(*message);
+  if (auto healthy = ranks.health(); !healthy) return tl::unexpected(healthy.error());
+  return tools::fail(build::ErrorCode::kBackend, "a message between ranks 0 and 1 did not come in 10 seconds");
+}
+
+}  // namespace
+
 build::Result<double> measure_messages(tools::Ranks& ranks, std::size_t bytes) {
-  using namespace std::chrono_literals;
-  constexpr int kThere = 1, kBack = 2, kRounds = 5, kMessages = 5000;
+  constexpr int kRounds = 5, kMessages = 5000;
   const auto message = std::make_shared<const std::vector<std::byte>>(bytes);
   std::vector<double> seconds;
   for (int round = 0; round < kRounds && ranks.rank() <= 1; ++round) {
@@ -181,15 +200,29 @@ build::Result<double> measure_messages(tools::Ranks& ranks, std::size_t bytes) {
     const bool is_first = ranks.is_first();
     for (int i = 0; is_first && i < kMessages; ++i) ranks.send(1, kThere, message);
     for (int i = 0; i < kMessages; ++i) {
-      if (!ranks.receive(is_first ? kBack : kThere, 10s)) {
-        if (auto healthy = ranks.health(); !healthy) return tl::unexpected(healthy.error());
-        return tools::fail(build::ErrorCode::kBackend, "a message between ranks 0 and 1 did not come in 10 seconds");
-      }
+      if (auto received = receive(ranks, is_first ? kBack : kThere); !received)
+        return tl::unexpected(std::move(received.error()));
       if (!is_first) ranks.send(0, kBack, message);
     }
     seconds.push_back((seconds_of_others() - before) / (2.0 * kMessages));
   }
   return ranks.is_first() ? median(seconds) : 0.0;
 }
+
+build::Result<double> measure_latency(tools::Ranks& ranks) {
+  constexpr int kMessages = 2000;
+  std::vector<double> seconds;
+  for (int i = 0; i < kMessages && ranks.rank() <= 1; ++i) {
+    const double before = seconds_of(CLOCK_MONOTONIC);
+    if (ranks.is_first()) ranks.send(1, kThere, std::vector<std::byte>(64));
+    if (auto received = receive(ranks, ranks.is_first() ? kBack : kThere); !received)
+      return tl::unexpected(std::move(received.error()));
+    if (!ranks.is_first()) ranks.send(0, kBack, std::vector<std::byte>(64));
+    seconds.push_back(0.5 * (seconds_of(CLOCK_MONOTONIC) - before));
+  }
+  return ranks.is_first() ? median(seconds) : 0.0;
+}
+
+double processor_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 }  // namespace hiprt::bench

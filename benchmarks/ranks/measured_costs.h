@@ -22,6 +22,9 @@ struct MeasuredPicture {
 build::Result<PictureCosts> measure_picture(const SceneFile& file, const tools::Camera& camera,
                                             const MeasuredPicture& picture);
 
+/// @return the tile of @p other where the middle of @p tile is. Both pictures have the same view.
+std::uint32_t tile_of_view(const tools::PictureGrid& grid, std::uint32_t tile, const tools::PictureGrid& other);
+
 /// The costs of another picture of the same view: larger, with more steps, and with tiles for so many workers.
 PictureCosts enlarged(const PictureCosts& measured, std::uint32_t width, std::uint32_t height, std::uint32_t steps,
                       unsigned workers);
@@ -34,5 +37,12 @@ RankCosts measure_dealing(std::size_t pixel_bytes);
 /// @return on rank 0 the processor seconds that its thread for MPI takes for a message, the median of five rounds; on
 /// the others 0. kBackend if a rank is lost.
 build::Result<double> measure_messages(tools::Ranks& ranks, std::size_t bytes);
+
+/// All ranks call this, too. @return on rank 0 the seconds of a message to rank 1 and to a waiting thread of it, the
+/// median of many: half of the time until its answer comes.
+build::Result<double> measure_latency(tools::Ranks& ranks);
+
+/// Seconds of the processor of this thread so far.
+double processor_seconds();
 
 }  // namespace hiprt::bench

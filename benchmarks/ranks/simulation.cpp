@@ -1,5 +1,7 @@
 #include "simulation.h"
 
+#include "busy_server.h"
+
 #include <tools/render/units/unit_dealer.h>
 
 #include <algorithm>
@@ -28,22 +30,6 @@ struct Event {
   friend bool operator>(const Event& a, const Event& b) {
     return std::tie(a.time, a.number) > std::tie(b.time, b.number);
   }
-};
-
-/// Something that does one thing at a time.
-class Server {
- public:
-  /// @return when it is done with what comes at @p time and takes @p seconds.
-  double serve(double time, double seconds) {
-    free_ = std::max(free_, time) + seconds;
-    busy_ += seconds;
-    return free_;
-  }
-  double free() const { return free_; }
-  double busy() const { return busy_; }
-
- private:
-  double free_ = 0.0, busy_ = 0.0;
 };
 
 class Simulation {
@@ -177,7 +163,7 @@ class Simulation {
   std::vector<std::deque<PictureUnit>> waiting_;  ///< Units of each rank that have arrived.
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
   std::uint64_t next_number_ = 0;
-  Server dealing_, messaging_, in_, out_;
+  BusyServer dealing_, messaging_, in_, out_;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   SimulatedRun result_;

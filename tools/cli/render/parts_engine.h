@@ -40,6 +40,7 @@ class PartsEngine : public PictureEngine {
   build::Result<Image> layers() override;
   void stop_layers() override { layers_stopped_ = true; }
   std::string gpu_name() const override { return gpu_name_; }
+  PartExchange& exchange() { return *exchange_; }
 
  private:
   PartsEngine(const RenderCommand& command, const PartScene& scene, Ranks& ranks)

@@ -52,12 +52,14 @@ PartExchange::~PartExchange() { ended_ = true; }
 build::Result<void> PartExchange::trace(Query query, std::span<const Ray> rays, const TourHits& hits,
                                         std::uint32_t* shared_paths, unsigned slot, const std::atomic<bool>& stopped,
                                         RayCounts& counts) {
+  if (watcher_ != nullptr) watcher_->begin(query, rays.size());
   std::fill_n(hits.hits, rays.size(), Hit{});
   if (query == Query::kClosest) std::fill_n(hits.paths, rays.size() * hits.levels, kInvalidId);
   trace_shared(query, rays, hits, shared_paths);
   Call call{query, RayTour(router_, query, rays, hits), slot, stopped, counts};
   auto done = run(call);
   for (const Call::Waiting& question : call.waiting) credit_.give_back(question.rank, question.parcel.numbers.size());
+  if (watcher_ != nullptr) watcher_->end();
   return done;
 }
 
@@ -127,8 +129,10 @@ build::Result<bool> PartExchange::visit_own(Call& call) const {
     if (ready == 0) continue;
     const RayTour::Parcel parcel = call.tour.take(part, ready);
     any = true;
+    if (watcher_ != nullptr) watcher_->begin_visit();
     const auto answer = setup_.tracers[part]->trace(call.query, parcel.rays);
     if (!answer) return tl::unexpected(answer.error());
+    if (watcher_ != nullptr) watcher_->end_visit(parcel, *answer);
     // It fits: the rays are the parcel's.
     static_cast<void>(call.tour.give(parcel, *answer));
   }

@@ -18,6 +18,21 @@
 
 namespace hiprt::tools {
 
+/// Is told what PartExchange::trace() does, by the thread that called it. For measurements.
+class TourWatcher {
+ public:
+  TourWatcher() = default;
+  TourWatcher(const TourWatcher&) = delete;
+  TourWatcher& operator=(const TourWatcher&) = delete;
+  virtual ~TourWatcher() = default;
+
+  virtual void begin(Query query, std::size_t rays) = 0;
+  /// Before and after a visit to a part of this process.
+  virtual void begin_visit() = 0;
+  virtual void end_visit(const RayTour::Parcel& parcel, const PartAnswer& answer) = 0;
+  virtual void end() = 0;
+};
+
 class PartExchange {
  public:
   struct Setup {
@@ -50,6 +65,8 @@ class PartExchange {
                             unsigned slot, const std::atomic<bool>& stopped, RayCounts& counts);
 
   const PartManifest& manifest() const { return *setup_.manifest; }
+  /// @param watcher of all later calls of trace(). It must live as long as this. @pre One thread calls trace().
+  void watch(TourWatcher& watcher) { watcher_ = &watcher; }
 
  private:
   /// The state of one call of trace().
@@ -66,6 +83,7 @@ class PartExchange {
   Setup setup_;
   PartRouter router_;
   RayCredit credit_;
+  TourWatcher* watcher_ = nullptr;
   std::atomic<bool> ended_ = false;
   std::atomic<std::uint32_t> numbers_ = 0;
   std::vector<std::jthread> servers_;

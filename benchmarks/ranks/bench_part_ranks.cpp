@@ -1,0 +1,251 @@
+/// Predicts how bvhrender of a scene in parts scales to many ranks; see --help.
+
+#include "measured_costs.h"
+#include "part_costs.h"
+
+#include <benchmarks/common/flags.h>
+#include <benchmarks/common/machine.h>
+#include <benchmarks/common/summary.h>
+
+#include <tools/base/interrupt.h>
+#include <tools/cli/render/render_command.h>
+#include <tools/parts/part_owners.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+#include <iostream>
+
+namespace hiprt::bench {
+namespace {
+
+constexpr int kFailure = 1, kUsage = 2;
+
+constexpr std::string_view kDescription =
+    R"(bench_part_ranks: predicts the time of bvhrender of a scene in parts on many ranks, by a simulation.
+
+usage: bench_part_ranks --bvhrender="parts/city.json --integrator path --size 480x270 --spp 64" [FLAG...]
+       mpirun -n 2 bench_part_ranks --bvhrender=WORDS [FLAG...]
+
+It renders a few samples of the picture on one thread that has all parts, times them, and notes which parts the rays
+visit. Under mpirun it times messages between ranks 0 and 1, too. Then it simulates runs: the dealer of bvhrender deals
+units to ranks that do not exist, and their rays visit the same parts, in simulated time. Flags describe the network.
+Starting the ranks and reading the parts are not simulated.
+Exit status: 0; 1 when something failed; 2 for a wrong command line.
+
+)";
+
+struct CommandLine {
+  std::string words, json;
+  std::vector<std::string> ranks{"1", "2", "4", "8", "16"};
+  unsigned threads = 1, steps = 8, width = 0, height = 0, samples = 0;
+  unsigned latency_us = 0, megabytes = 1000, message_ns = 7500, hop_us = 120;
+};
+
+std::vector<Flag> make_flags(CommandLine& line) {
+  return {text_flag("bvhrender", "WORDS", "the words of bvhrender, without -o", line.words),
+          list_flag("ranks", "N,...", "numbers of ranks", line.ranks),
+          number_flag("threads", "threads of each rank", line.threads, 1, 1024),
+          number_flag("steps", "samples per pixel that are measured", line.steps, 1, 4096),
+          number_flag("width", "width of the simulated picture (0: that of --bvhrender)", line.width, 0, 65536),
+          number_flag("height", "its height", line.height, 0, 65536),
+          number_flag("samples", "its samples per pixel", line.samples, 0, 1'000'000),
+          number_flag("hop", "microseconds of a message between waiting threads; under mpirun it is measured",
+                      line.hop_us, 0, 1'000'000),
+          number_flag("latency", "microseconds that the network adds", line.latency_us, 0, 1'000'000),
+          number_flag("message", "nanoseconds of a processor for a message; under mpirun it is measured",
+                      line.message_ns, 0, 1'000'000),
+          number_flag("bandwidth", "10^6 bytes per second of each rank's network card, each way", line.megabytes, 1,
+                      1'000'000),
+          text_flag("json", "FILE", "writes all figures as JSON", line.json)};
+}
+
+int fail(const std::string& message, int status) {
+  std::cerr << "bench_part_ranks: " << message << "\n";
+  return status;
+}
+
+/// What messages cost, as measured between two ranks.
+struct MessageCosts {
+  double seconds, byte, latency;
+};
+
+/// All ranks call this. @return nothing: this program was started alone.
+build::Result<std::optional<MessageCosts>> measure_wire(tools::Ranks& ranks) {
+  constexpr std::size_t kSmall = 64, kLarge = 65536;
+  if (ranks.size() == 1) return std::nullopt;
+  const auto small = measure_messages(ranks, kSmall);
+  if (!small) return tl::unexpected(small.error());
+  const auto large = measure_messages(ranks, kLarge);
+  if (!large) return tl::unexpected(large.error());
+  const auto latency = measure_latency(ranks);
+  if (!latency) return tl::unexpected(latency.error());
+  const double byte = std::max(0.0, *large - *small) / static_cast<double>(kLarge - kSmall);
+  return MessageCosts{*small, byte, *latency};
+}
+
+struct Row {
+  PartRun run;
+  SimulatedPartRun simulated;
+  double alone;
+
+  double threads() const { return static_cast<double>(run.ranks) * run.threads; }
+  double efficiency() const { return alone / (simulated.seconds * threads()); }
+  double work() const { return simulated.worked / threads(); }
+  double busiest() const { return simulated.busiest / run.threads; }
+  double per_ray(double what) const { return what / simulated.rays; }
+};
+
+std::string to_table(const std::vector<Row>& rows) {
+  const std::vector<Column<Row>> columns{
+      {"ranks", [](const Row& row) { return std::to_string(row.run.ranks); }},
+      {"seconds", [](const Row& row) { return format_number(row.simulated.seconds, 2); }},
+      {"efficiency", [](const Row& row) { return format_number(row.efficiency(), 3); }},
+      {"all work, s", [](const Row& row) { return format_number(row.work(), 2); }},
+      {"busiest owner, s", [](const Row& row) { return format_number(row.busiest(), 2); }},
+      {"card, s", [](const Row& row) { return format_number(row.simulated.card, 2); }},
+      {"visits per ray", [](const Row& row) { return format_number(row.per_ray(row.simulated.sent), 2); }},
+      {"bytes per ray", [](const Row& row) { return format_number(row.per_ray(row.simulated.bytes), 0); }},
+      {"messages per 1000 rays",
+       [](const Row& row) { return format_number(1000.0 * row.per_ray(row.simulated.messages), 1); }}};
+  return table(rows, columns);
+}
+
+nlohmann::json to_json(const std::string& command, const ExchangeCosts& costs, const std::vector<Row>& rows) {
+  nlohmann::json json{{"format", "hiprt bench_part_ranks 1"},
+                      {"command", command},
+                      {"cpu", cpu_name()},
+                      {"home_ray", costs.home_ray},
+                      {"home_hit", costs.home_hit},
+                      {"owner_ray", costs.owner_ray},
+                      {"owner_hit", costs.owner_hit},
+                      {"message_seconds", costs.message_seconds},
+                      {"message_byte", costs.message_byte},
+                      {"latency", costs.latency},
+                      {"runs", nlohmann::json::array()}};
+  for (const Row& row : rows)
+    json["runs"].push_back({{"ranks", row.run.ranks},
+                            {"seconds", row.simulated.seconds},
+                            {"efficiency", row.efficiency()},
+                            {"work_seconds", row.work()},
+                            {"busiest_seconds", row.busiest()},
+                            {"card_seconds", row.simulated.card},
+                            {"rays", row.simulated.rays},
+                            {"visits_of_other_ranks", row.simulated.sent},
+                            {"messages", row.simulated.messages},
+                            {"bytes", row.simulated.bytes}});
+  return json;
+}
+
+/// @return the numbers of ranks; nothing if one is no number from 1 to 10,000.
+std::optional<std::vector<unsigned>> parse_ranks(const std::vector<std::string>& words) {
+  std::vector<unsigned> ranks;
+  for (const std::string& word : words) {
+    const bool digits = !word.empty() && word.size() <= 5 && word.find_first_not_of("0123456789") == std::string::npos;
+    const unsigned long number = digits ? std::stoul(word) : 0;
+    if (number < 1 || number > 10'000) return std::nullopt;
+    ranks.push_back(static_cast<unsigned>(number));
+  }
+  return ranks;
+}
+
+/// bvhrender's words.
+struct Words {
+  CLI::App app{"bvhrender"};
+  tools::RenderCommand command;
+
+  /// @return an error message, or nothing.
+  std::string parse(const std::string& words) {
+    tools::add_render_options(app, command);
+    try {
+      app.parse("-o picture.png --device cpu --threads 1 " + words);
+      command.paths.check(app);
+    } catch (const CLI::Error& error) {
+      return error.what();
+    }
+    command.finish();
+    return {};
+  }
+};
+
+build::Result<PartPictureCosts> measure_picture(tools::RenderCommand& command, const tools::PartScene& scene,
+                                                std::uint32_t steps) {
+  const auto camera = tools::choose_camera(command, scene.manifest.bounds());
+  if (!camera) return tl::unexpected(camera.error());
+  if (auto ready = command.paths.prepare_sky(*camera, command.render, command.outputs); !ready)
+    return tl::unexpected(std::move(ready.error()));
+  tools::Ranks alone;
+  const auto engine = tools::PartsEngine::make(command, scene, *camera, alone, {});
+  if (!engine) return tl::unexpected(engine.error());
+  return measure_parts(**engine, command, steps);
+}
+
+int predict(const CommandLine& line, const std::string& command, const std::optional<MessageCosts>& wire) {
+  const auto counts = parse_ranks(line.ranks);
+  if (!counts) return fail("--ranks: expected numbers from 1 to 10000", kUsage);
+  Words words;
+  if (const std::string error = words.parse(line.words); !error.empty()) return fail("--bvhrender: " + error, kUsage);
+  const auto scene = tools::read_part_scene(words.command);
+  if (!scene) return fail(scene.error().message, kFailure);
+  const auto& parts = scene->manifest.parts;
+  if (parts.size() > 65535) return fail("more than 65535 parts cannot be simulated", kFailure);
+  const auto measured = measure_picture(words.command, *scene, line.steps);
+  if (!measured) return fail(measured.error().message, kFailure);
+  ExchangeCosts costs = measure_encoding(scene->manifest.levels);
+  costs.message_seconds = wire ? wire->seconds : 1e-9 * line.message_ns;
+  costs.message_byte = wire ? wire->byte : 0.0;
+  costs.latency = (wire ? wire->latency : 1e-6 * line.hop_us) + 1e-6 * line.latency_us;
+  costs.byte_per_second = 1e6 * line.megabytes;
+  const auto ns = [](double seconds) { return format_number(1e9 * seconds, 1); };
+  std::cout << "Measured: rays in messages take " << ns(costs.home_ray) << " ns at home and " << ns(costs.owner_ray)
+            << " ns at the owner, surfaces " << ns(costs.home_hit) << " and " << ns(costs.owner_hit) << " ns. "
+            << (wire ? "Measured: " : "Given: ") << "messages take " << ns(costs.message_seconds) << " ns and "
+            << format_number(1e9 * costs.message_byte, 3) << " ns per byte, and are there after "
+            << format_number(1e6 * costs.latency, 0) << " us\n\n";
+  const tools::RenderOptions& render = words.command.render;
+  const std::uint32_t width = line.width == 0 ? render.width : line.width,
+                      height = line.height == 0 ? render.height : line.height,
+                      samples = line.samples == 0 ? render.samples : line.samples;
+  std::vector<Row> rows;
+  for (const unsigned ranks : *counts) {
+    if (tools::interrupted()) return fail("cancelled", kFailure);
+    const unsigned workers = ranks == 1 ? line.threads : 2 * line.threads;
+    const PartPictureCosts picture = enlarged(*measured, width, height, samples, ranks * workers);
+    const auto memory =
+        tools::RayMemory::divide(words.command.ranks.ray_memory, ranks, workers, scene->manifest.levels);
+    if (!memory) return fail(memory.error().message, kFailure);
+    const PartRun run{tools::owners_of(parts, ranks), ranks, line.threads, static_cast<double>(memory->paths),
+                      static_cast<double>(memory->credit)};
+    rows.push_back({run, simulate(picture, costs, run), seconds_alone(picture)});
+  }
+  std::cout << to_table(rows);
+  if (line.json.empty()) return 0;
+  std::ofstream output(line.json);
+  output << to_json(command, costs, rows).dump(1) << "\n";
+  return output.flush() ? 0 : fail(line.json + ": cannot be written", kFailure);
+}
+
+int run(const CommandLine& line, const std::string& command) {
+  if (line.words.empty()) return fail("--bvhrender=WORDS is missing (see --help)", kUsage);
+  const tools::InterruptGuard guard;
+  auto ranks = tools::Ranks::join();
+  if (!ranks) return fail(ranks.error().message, kFailure);
+  const auto wire = measure_wire(**ranks);
+  int status = 0;
+  if (!wire)
+    status = fail(wire.error().message, kFailure);
+  else if ((*ranks)->is_first())
+    status = predict(line, command, *wire);
+  return tools::leave_run(ranks->get(), status);
+}
+
+}  // namespace
+}  // namespace hiprt::bench
+
+int main(int argc, char** argv) {
+  using namespace hiprt::bench;
+  CommandLine line;
+  return run_with_flags("bench_part_ranks", kDescription, make_flags(line), argc, argv,
+                        [&](const std::string& command) { return run(line, command); });
+}

@@ -1,0 +1,460 @@
+#include "part_simulation.h"
+
+#include "busy_server.h"
+#include "rank_cores.h"
+
+#include <tools/render/parts/part_answer.h>
+#include <tools/render/units/unit_dealer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace hiprt::bench {
+namespace {
+
+using tools::PictureUnit;
+
+/// Numbers of rays are no integers here. Fewer are none.
+constexpr double kNoRays = 1e-6;
+constexpr double kQuestionBytes = 24.0, kAnswerBytes = 13.0;  ///< Without rays and answers.
+
+/// Rays on their tour.
+struct Walk {
+  const RayTours* tours;
+  std::uint32_t at;  ///< Index of the part that they visit next.
+  double rays;
+};
+
+enum class Matter : std::uint8_t { kQuestion, kAnswer, kUnit, kResult };
+
+struct Message {
+  Matter matter{};
+  bool there = false;  ///< It has left the sender's network card.
+  unsigned from = 0, to = 0;
+  double bytes = 0.0;
+  // Of questions and answers:
+  std::uint32_t worker = 0;
+  std::vector<Walk> walks{};
+  double rays = 0.0, hits = 0.0;
+  double seconds = 0.0;  ///< Of the owner.
+  // Of units and results:
+  PictureUnit unit{};
+  double took = 0.0;
+};
+
+/// Some paths of a tile.
+struct Wave {
+  const PathCalls* calls;
+  double times;  ///< Its paths divided by those of the calls.
+};
+
+enum class Phase : std::uint8_t { kIdle, kBetween, kSending, kVisiting, kTaking, kWaiting, kEnding };
+
+struct Worker {
+  unsigned rank = 0;
+  Phase phase = Phase::kIdle;
+  PictureUnit unit{};
+  double began = 0.0;
+  std::vector<Wave> waves{};
+  std::size_t wave = 0, call = 0;
+  std::map<std::uint16_t, std::vector<Walk>> ready{};  ///< By part.
+  unsigned out = 0;                                    ///< Questions without answers.
+  std::deque<std::uint32_t> answers{};
+  std::vector<std::uint32_t> leaving{};  ///< Questions that are being encoded.
+  std::vector<Walk> visiting{};          ///< In parts of its own rank.
+
+  const TraceCall& now() const { return waves[wave].calls->calls[call]; }
+};
+
+class PartSimulation {
+ public:
+  PartSimulation(const PartPictureCosts& picture, const ExchangeCosts& costs, const PartRun& run)
+      : picture_(picture),
+        costs_(costs),
+        run_(run),
+        nothing_(picture.grid.tiles()),
+        dealer_(picture.grid, picture.steps, nothing_, run.ranks),
+        cores_(
+            run.ranks, run.threads,
+            [this](TaskKind kind, unsigned rank, std::uint32_t subject) { end(kind, rank, subject); },
+            [this](std::uint32_t message) { arrive(message); }),
+        in_(run.ranks),
+        out_(run.ranks),
+        held_(run.ranks),
+        units_(run.ranks),
+        credit_(std::size_t{run.ranks} * run.ranks, run.credit),
+        per_rank_(run.ranks == 1 ? run.threads : 2 * run.threads),
+        workers_(std::size_t{run.ranks} * per_rank_) {
+    for (std::size_t i = 0; i < workers_.size(); ++i) workers_[i].rank = static_cast<unsigned>(i / per_rank_);
+    for (unsigned rank = 0; rank < run.ranks; ++rank) dealer_.join(rank, per_rank_);
+  }
+
+  SimulatedPartRun run() {
+    for (unsigned rank = 0; rank < run_.ranks; ++rank) hungry_.insert(hungry_.end(), rank);
+    deal();
+    while (!dealer_.finished() && cores_.step()) {
+    }
+    for (unsigned rank = 0; rank < run_.ranks; ++rank) {
+      double others = 0.0;
+      for (const TaskKind kind : {TaskKind::kMessage, TaskKind::kAnswer}) others += cores_.seconds(rank, kind);
+      result_.worked += others + cores_.seconds(rank, TaskKind::kPath);
+      result_.busiest = std::max(result_.busiest, others);
+      result_.card = std::max({result_.card, in_[rank].busy(), out_[rank].busy()});
+    }
+    return result_;
+  }
+
+ private:
+  // Messages.
+
+  std::uint32_t new_message(Matter matter, unsigned from, unsigned to, double bytes) {
+    std::uint32_t number = static_cast<std::uint32_t>(messages_.size());
+    if (free_messages_.empty()) {
+      messages_.emplace_back();
+    } else {
+      number = free_messages_.back();
+      free_messages_.pop_back();
+    }
+    Message& message = messages_[number];
+    message = {};
+    message.matter = matter;
+    message.from = from;
+    message.to = to;
+    message.bytes = bytes;
+    return number;
+  }
+
+  void post(std::uint32_t number) {
+    Message& message = messages_[number];
+    if (message.matter == Matter::kQuestion || message.matter == Matter::kAnswer) {
+      ++result_.messages;
+      result_.bytes += message.bytes;
+      if (message.matter == Matter::kQuestion) result_.sent += message.rays;
+    }
+    if (message.from == message.to)
+      deliver(number);
+    else
+      cores_.start(TaskKind::kMessage, message.from, wire_seconds(message), number);
+  }
+
+  double wire_seconds(const Message& message) const {
+    return costs_.message_seconds + costs_.message_byte * message.bytes;
+  }
+
+  void arrive(std::uint32_t number) {
+    Message& message = messages_[number];
+    if (message.from == message.to)
+      deliver(number);
+    else
+      cores_.start(TaskKind::kMessage, message.to, wire_seconds(message), number);
+  }
+
+  void end(TaskKind kind, unsigned rank, std::uint32_t subject) {
+    if (kind == TaskKind::kPath) return go_on(subject);
+    if (kind == TaskKind::kAnswer) return answer(rank, subject);
+    Message& message = messages_[subject];
+    if (message.there) return deliver(subject);
+    message.there = true;
+    const double seconds = message.bytes / costs_.byte_per_second;
+    const double sent = out_[message.from].serve(cores_.now(), seconds);
+    // The receiver's card takes the bytes while they come, unless others come, too.
+    cores_.wait_until(in_[message.to].serve(sent + costs_.latency - seconds, seconds), subject);
+  }
+
+  void deliver(std::uint32_t number) {
+    Message& message = messages_[number];
+    switch (message.matter) {
+      case Matter::kQuestion:
+        cores_.start(TaskKind::kAnswer, message.to,
+                     message.seconds + costs_.owner_ray * message.rays + costs_.owner_hit * message.hits, number);
+        break;
+      case Matter::kAnswer: {
+        Worker& worker = workers_[message.worker];
+        worker.answers.push_back(number);
+        if (worker.phase == Phase::kWaiting) proceed(message.worker);
+        break;
+      }
+      case Matter::kUnit:
+        units_[message.to].push_back(message.unit);
+        free_messages_.push_back(number);
+        begin_units(message.to);
+        break;
+      case Matter::kResult:
+        take_result(number);
+        break;
+    }
+  }
+
+  void answer(unsigned rank, std::uint32_t number) {
+    Message& question = messages_[number];
+    question.matter = Matter::kAnswer;
+    question.to = question.from;
+    question.from = rank;
+    question.there = false;
+    question.bytes = kAnswerBytes + question.rays +
+                     question.hits * static_cast<double>(sizeof(tools::PartHit) + 4 * picture_.levels);
+    post(number);
+  }
+
+  // The dealer of rank 0.
+
+  void deal() {
+    while (!hungry_.empty()) {
+      const unsigned rank = *hungry_.begin();
+      const auto unit = dealer_.next(rank);
+      if (!unit && held_[rank] < 2 * per_rank_) return;  // No tile is left.
+      if (!unit) {
+        hungry_.erase(rank);
+        continue;
+      }
+      ++held_[rank];
+      dealing_.serve(cores_.now(), 0.5 * costs_.unit_seconds);
+      const std::uint32_t message =
+          new_message(Matter::kUnit, 0, rank,
+                      unit->first == 0 ? 0.0 : static_cast<double>(unit->pixels() * picture_.pixel_bytes));
+      messages_[message].unit = *unit;
+      post(message);
+    }
+  }
+
+  void take_result(std::uint32_t number) {
+    const Message& message = messages_[number];
+    result_.seconds = dealing_.serve(cores_.now(), 0.5 * costs_.unit_seconds);
+    dealer_.take(message.from, message.unit, message.took);
+    --held_[message.from];
+    hungry_.insert(message.from);
+    free_messages_.push_back(number);
+    deal();
+  }
+
+  // Workers.
+
+  std::uint32_t first_worker(unsigned rank) const { return rank * per_rank_; }
+
+  void compute(std::uint32_t number, Phase phase, double seconds) {
+    workers_[number].phase = phase;
+    cores_.start(TaskKind::kPath, workers_[number].rank, seconds, number);
+  }
+
+  void begin_units(unsigned rank) {
+    for (std::uint32_t i = first_worker(rank); i < first_worker(rank + 1) && !units_[rank].empty(); ++i) {
+      Worker& worker = workers_[i];
+      if (worker.phase != Phase::kIdle) continue;
+      worker.unit = units_[rank].front();
+      units_[rank].pop_front();
+      worker.began = cores_.now();
+      worker.waves = waves_of(worker.unit);
+      worker.wave = worker.call = 0;
+      begin_call(i);
+    }
+  }
+
+  std::vector<Wave> waves_of(const PictureUnit& unit) const {
+    const tools::PictureGrid& grid = picture_.grid;
+    std::vector<Wave> waves;
+    const std::uint32_t first = unit.top / grid.tile * grid.columns() + unit.left / grid.tile;
+    for (std::uint32_t x = 0; x * grid.tile < unit.width; ++x) {
+      const double paths = static_cast<double>(grid.unit(first + x, 1, 0, 1).pixels()) * unit.steps;
+      const double count = std::ceil(paths / run_.wave_paths);
+      const PathCalls& calls = picture_.calls[picture_.calls_of_tile[first + x]];
+      waves.insert(waves.end(), static_cast<std::size_t>(count), Wave{&calls, paths / count / calls.paths});
+    }
+    return waves;
+  }
+
+  void begin_call(std::uint32_t number) {
+    Worker& worker = workers_[number];
+    const Wave& wave = worker.waves[worker.wave];
+    if (worker.call == wave.calls->calls.size())
+      compute(number, Phase::kEnding, wave.times * wave.calls->seconds);
+    else
+      compute(number, Phase::kBetween, wave.times * worker.now().seconds);
+  }
+
+  /// A task of the worker is done.
+  void go_on(std::uint32_t number) {
+    Worker& worker = workers_[number];
+    switch (worker.phase) {
+      case Phase::kBetween: {
+        const TraceCall& call = worker.now();
+        const double times = worker.waves[worker.wave].times;
+        result_.rays += times * call.rays;
+        for (const RayTours& tours : call.tours) walk(worker, {&tours, 0, times * tours.rays});
+        break;
+      }
+      case Phase::kSending:
+        worker.out += static_cast<unsigned>(worker.leaving.size());
+        for (const std::uint32_t message : std::exchange(worker.leaving, {})) post(message);
+        break;
+      case Phase::kVisiting:
+        for (const Walk& walks : std::exchange(worker.visiting, {}))
+          walk(worker, {walks.tours, walks.at + 1, walks.rays});
+        break;
+      case Phase::kTaking:
+        take_answer(worker);
+        break;
+      case Phase::kEnding:
+        return end_wave(number);
+      default:
+        break;
+    }
+    proceed(number);
+  }
+
+  static void walk(Worker& worker, const Walk& walk) {
+    if (walk.at < walk.tours->parts.size()) worker.ready[walk.tours->parts[walk.at]].push_back(walk);
+  }
+
+  void take_answer(Worker& worker) {
+    const std::uint32_t number = worker.answers.front();
+    worker.answers.pop_front();
+    --worker.out;
+    const Message& message = messages_[number];
+    credit_of(worker.rank, message.from) += message.rays;
+    for (const Walk& walks : message.walks) walk(worker, {walks.tours, walks.at + 1, walks.rays});
+    free_messages_.push_back(number);
+    // Others may wait for this credit.
+    for (std::uint32_t i = first_worker(worker.rank); i < first_worker(worker.rank + 1); ++i)
+      if (workers_[i].phase == Phase::kWaiting && !workers_[i].ready.empty()) proceed(i);
+  }
+
+  double& credit_of(unsigned from, unsigned to) { return credit_[std::size_t{from} * run_.ranks + to]; }
+
+  const PartVisits& visits_of(const Worker& worker, std::uint16_t part) const {
+    return *std::ranges::lower_bound(worker.now().visits, part, {}, &PartVisits::part);
+  }
+
+  /// What PartExchange::run() does next.
+  void proceed(std::uint32_t number) {
+    Worker& worker = workers_[number];
+    if (const double seconds = pack(number); !worker.leaving.empty()) return compute(number, Phase::kSending, seconds);
+    if (const double seconds = visit(worker); !worker.visiting.empty())
+      return compute(number, Phase::kVisiting, seconds);
+    if (!worker.answers.empty()) {
+      const Message& message = messages_[worker.answers.front()];
+      return compute(number, Phase::kTaking, 0.5 * costs_.home_ray * message.rays + costs_.home_hit * message.hits);
+    }
+    if (worker.out != 0 || !worker.ready.empty()) {
+      worker.phase = Phase::kWaiting;
+      return;
+    }
+    ++worker.call;
+    begin_call(number);
+  }
+
+  /// Takes the rays for other ranks that there is credit for. @return the seconds for that.
+  double pack(std::uint32_t number) {
+    Worker& worker = workers_[number];
+    double seconds = 0.0;
+    for (auto at = worker.ready.begin(); at != worker.ready.end();) {
+      auto& [part, walks] = *at;
+      const unsigned owner = run_.owner[part];
+      double& credit = credit_of(worker.rank, owner);
+      if (owner == worker.rank || credit <= kNoRays) {
+        ++at;
+        continue;
+      }
+      const std::uint32_t to = new_message(Matter::kQuestion, worker.rank, owner, 0.0);
+      Message& message = messages_[to];
+      message.worker = number;
+      while (!walks.empty() && credit > kNoRays) {
+        Walk& last = walks.back();
+        const double rays = std::min(credit, last.rays);
+        message.walks.push_back({last.tours, last.at, rays});
+        message.rays += rays;
+        credit -= rays;
+        last.rays -= rays;
+        if (last.rays <= kNoRays) walks.pop_back();
+      }
+      const PartVisits& visits = visits_of(worker, part);
+      message.hits = visits.hits * message.rays;
+      message.seconds = visits.seconds * message.rays;
+      message.bytes = kQuestionBytes + static_cast<double>(tools::kQuestionRayBytes) * message.rays;
+      seconds += 0.5 * costs_.home_ray * message.rays;
+      worker.leaving.push_back(to);
+      at = walks.empty() ? worker.ready.erase(at) : std::next(at);
+    }
+    return seconds;
+  }
+
+  /// Takes the rays for parts of this rank. @return the seconds of their visits.
+  double visit(Worker& worker) const {
+    double seconds = 0.0;
+    for (auto at = worker.ready.begin(); at != worker.ready.end();) {
+      auto& [part, walks] = *at;
+      if (run_.owner[part] != worker.rank) {
+        ++at;
+        continue;
+      }
+      for (const Walk& walk : walks) seconds += visits_of(worker, part).seconds * walk.rays;
+      worker.visiting.insert(worker.visiting.end(), walks.begin(), walks.end());
+      at = worker.ready.erase(at);
+    }
+    return seconds;
+  }
+
+  void end_wave(std::uint32_t number) {
+    Worker& worker = workers_[number];
+    worker.call = 0;
+    if (++worker.wave < worker.waves.size()) return begin_call(number);
+    worker.phase = Phase::kIdle;
+    const std::uint32_t message =
+        new_message(Matter::kResult, worker.rank, 0, static_cast<double>(worker.unit.pixels() * picture_.pixel_bytes));
+    messages_[message].unit = worker.unit;
+    messages_[message].took = cores_.now() - worker.began;
+    const unsigned rank = worker.rank;
+    post(message);
+    begin_units(rank);
+  }
+
+  const PartPictureCosts& picture_;
+  const ExchangeCosts& costs_;
+  const PartRun& run_;
+  std::vector<std::uint32_t> nothing_;
+  tools::UnitDealer dealer_;
+  RankCores cores_;
+  BusyServer dealing_;
+  std::vector<BusyServer> in_, out_;            ///< Network cards.
+  std::vector<unsigned> held_;                  ///< Units of each rank whose results are still out.
+  std::set<unsigned> hungry_;                   ///< Ranks that may get more.
+  std::vector<std::deque<PictureUnit>> units_;  ///< Of each rank, that have arrived.
+  std::vector<double> credit_;                  ///< From each rank to each.
+  unsigned per_rank_;                           ///< Workers.
+  std::vector<Worker> workers_;
+  std::vector<Message> messages_;
+  std::vector<std::uint32_t> free_messages_;
+  SimulatedPartRun result_;
+};
+
+}  // namespace
+
+SimulatedPartRun simulate(const PartPictureCosts& picture, const ExchangeCosts& costs, const PartRun& run) {
+  return PartSimulation(picture, costs, run).run();
+}
+
+double seconds_alone(const PartPictureCosts& picture) {
+  double sum = 0.0;
+  for (std::uint32_t tile = 0; tile < picture.grid.tiles(); ++tile) {
+    const PathCalls& calls = picture.calls[picture.calls_of_tile[tile]];
+    double seconds = calls.seconds;
+    for (const TraceCall& call : calls.calls) {
+      seconds += call.seconds;
+      for (const RayTours& tours : call.tours)
+        for (const std::uint16_t part : tours.parts)
+          seconds += tours.rays * std::ranges::lower_bound(call.visits, part, {}, &PartVisits::part)->seconds;
+    }
+    sum += seconds * picture.steps * static_cast<double>(picture.grid.unit(tile, 1, 0, 1).pixels()) / calls.paths;
+  }
+  return sum;
+}
+
+double least_seconds(const SimulatedPartRun& simulated, const PartRun& run) {
+  const double threads = run.threads;
+  return std::max({simulated.worked / (run.ranks * threads), simulated.busiest / threads, simulated.card});
+}
+
+}  // namespace hiprt::bench
