@@ -8,6 +8,10 @@ endif()
 set(HIPRT_TOOLS_ISAS "${hiprt_default_isas}" CACHE STRING
   "Instruction sets that the tools' kernels are compiled for (-march=...); native-default: the compiler's own")
 
+# With it GCC below -O2 also clears the upper halves of AVX registers at the end of functions (vzeroupper). Otherwise
+# later code for SSE, which is all code of other sources, can take several times as long.
+set(HIPRT_CLEAN_REGISTERS $<$<CXX_COMPILER_ID:GNU>:-fexpensive-optimizations>)
+
 # hiprt_add_isa_variants(<target> <source>...)
 # Compiles the sources once per entry of HIPRT_TOOLS_ISAS with -march=<entry> and
 #   HIPRT_ISA_NAME=<entry as an identifier>, for example x86_64_v3,
@@ -29,7 +33,7 @@ function(hiprt_add_isa_variants target)
     hiprt_target(${variant})
     target_compile_definitions(${variant} PRIVATE HIPRT_ISA_NAME=${name})
     # Contraction of a * b + c would give each ISA its own last bits. The sources call fma where they need it.
-    target_compile_options(${variant} PRIVATE -ffp-contract=off)
+    target_compile_options(${variant} PRIVATE -ffp-contract=off ${HIPRT_CLEAN_REGISTERS})
     if(NOT isa STREQUAL "native-default")
       target_compile_options(${variant} PRIVATE -march=${isa})
     endif()

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 namespace hiprt::tools {
@@ -27,15 +26,6 @@ std::size_t bytes_of_path(std::uint32_t levels) {
          4 * (3 + 2 * levels) + 3 * sizeof(std::uint64_t) + 4 * sizeof(PartVisit);
 }
 
-/// The surfaces that the parts have told.
-struct ToldSurfaces {
-  const PathSurface* surfaces = nullptr;
-
-  PathSurface at(std::uint32_t i, const PathScene&, const Ray&, const Hit&, const InstancePath<kTraceLevels>&) const {
-    return surfaces[i];
-  }
-};
-
 }  // namespace
 
 class PartPathEngine : public HostPathSteps {
@@ -49,10 +39,7 @@ class PartPathEngine : public HostPathSteps {
 
   /// Surfaces come with the hits.
   template <class Stage> build::Result<void> for_each(std::uint32_t count, const PathJob& job) const {
-    if constexpr (std::is_same_v<Stage, ShadePaths>)
-      run(count, Shade<ToldSurfaces>(job, {surfaces_.data()}));
-    else
-      run(count, Stage(job));
+    run_step(Stage::kStage, job, count, surfaces_.data());
     return {};
   }
   build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits,

@@ -1,7 +1,7 @@
 #pragma once
 /// Runs the steps of a wave of paths on the calling thread.
 
-#include <tools/render/path/path_stages.h>
+#include <tools/render/path/path_steps.h>
 #include <tools/render/tracers/tracer.h>
 
 #include <hiprt_build/error.h>
@@ -22,18 +22,13 @@ class HostPathSteps {
     return Array<T>(static_cast<std::size_t>(count));
   }
   template <class Stage> build::Result<void> for_each(std::uint32_t count, const PathJob& job) const {
-    run(count, Stage(job));
+    run_step(Stage::kStage, job, count);
     return {};
   }
   static build::Result<PathCounts> read(const Array<PathCounts>& counts) { return counts[0]; }
   static build::Result<void> clear(Array<PathCounts>& counts) {
     counts[0] = {};
     return {};
-  }
-
- protected:
-  template <class Stage> static void run(std::uint32_t count, const Stage& stage) {
-    for (std::uint32_t i = 0; i < count; ++i) stage(i);
   }
 };
 

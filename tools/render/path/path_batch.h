@@ -12,8 +12,8 @@ struct PathBatch {
   std::uint32_t left, top, width, height;
   std::uint32_t first_sample, samples;
 
-  HIPRT_HD std::uint32_t pixels() const { return width * height; }
-  HIPRT_HD std::uint32_t paths() const { return pixels() * samples; }
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t pixels() const { return width * height; }
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t paths() const { return pixels() * samples; }
 };
 
 /// Sums over the samples of a pixel.
@@ -29,7 +29,7 @@ struct PathSums {
   std::uint32_t left, top;  ///< The rectangle's first pixel in the picture.
   std::uint32_t width;      ///< Of the rectangle.
 
-  HIPRT_HD PathSum& at(std::uint32_t x, std::uint32_t y) const {
+  HIPRT_HD HIPRT_FORCE_INLINE PathSum& at(std::uint32_t x, std::uint32_t y) const {
     return data[std::uint64_t{y - top} * width + (x - left)];
   }
 };

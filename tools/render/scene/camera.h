@@ -59,7 +59,7 @@ class CameraRays {
 
   /// @param x, y position in pixels; the centre of the first pixel is (0.5, 0.5).
   /// @return a ray of unit direction from the eye, tmin 0, tmax infinite.
-  HIPRT_HD Ray ray(double x, double y) const {
+  HIPRT_HD HIPRT_FORCE_INLINE Ray ray(double x, double y) const {
     const Vec3d direction = forward_ + (right_ * (x - half_width_) + up_ * (half_height_ - y)) / pixels_per_tangent_;
     Ray ray;
     ray.origin = Vec3(eye_);

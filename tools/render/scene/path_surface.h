@@ -9,6 +9,19 @@
 #include <hiprt_device/math/vec_functions.h>
 
 namespace hiprt::tools {
+
+/// What scatters and emits at a point.
+struct PathSurface {
+  Vec3 geometric{0.0f};  ///< Unit normals on the side that the path comes from.
+  Vec3 normal{0.0f};     ///< For shading.
+  TextureCoordinates coordinates{0.0f, 0.0f};
+  Vec3 base_color{0.0f};
+  float metallic = 0.0f, roughness = 1.0f;
+  Vec3 emission{0.0f};
+  std::uint32_t object = 0;
+  std::uint64_t triangle = 0;
+};
+
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Transform from the scene to the object of an instance path: object point = linear * p + offset. In double.
@@ -149,18 +162,6 @@ struct PathTriangle {
     return {between<float>(scene, u, v, [&](std::uint32_t vertex) { return of[vertex].u; }),
             between<float>(scene, u, v, [&](std::uint32_t vertex) { return of[vertex].v; })};
   }
-};
-
-/// What scatters and emits at a point.
-struct PathSurface {
-  Vec3 geometric{0.0f};  ///< Unit normals on the side that the path comes from.
-  Vec3 normal{0.0f};     ///< For shading.
-  TextureCoordinates coordinates{0.0f, 0.0f};
-  Vec3 base_color{0.0f};
-  float metallic = 0.0f, roughness = 1.0f;
-  Vec3 emission{0.0f};
-  std::uint32_t object = 0;
-  std::uint64_t triangle = 0;
 };
 
 /// @param path of the hit. @param hit found.

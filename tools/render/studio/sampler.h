@@ -7,6 +7,7 @@
 #include <cstdint>
 
 namespace hiprt::tools {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace sampler_detail {
 
@@ -77,4 +78,5 @@ class PixelSampler {
   std::uint32_t hash_;
 };
 
+}  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt::tools
