@@ -63,8 +63,9 @@ struct Worker {
   std::size_t wave = 0, call = 0;
   std::map<std::uint16_t, std::vector<Walk>> ready{};  ///< By part.
   unsigned out = 0;                                    ///< Questions without answers.
-  std::deque<std::uint32_t> answers{};
+  std::vector<std::uint32_t> answers{};
   std::vector<std::uint32_t> leaving{};  ///< Questions that are being encoded.
+  std::vector<std::uint32_t> taken{};    ///< Answers that are being decoded.
   std::vector<Walk> visiting{};          ///< In parts of its own rank.
 
   const TraceCall& now() const { return waves[wave].calls->calls[call]; }
@@ -295,7 +296,7 @@ class PartSimulation {
           walk(worker, {walks.tours, walks.at + 1, walks.rays});
         break;
       case Phase::kTaking:
-        take_answer(worker);
+        take_answers(worker);
         break;
       case Phase::kEnding:
         return end_wave(number);
@@ -309,14 +310,14 @@ class PartSimulation {
     if (walk.at < walk.tours->parts.size()) worker.ready[walk.tours->parts[walk.at]].push_back(walk);
   }
 
-  void take_answer(Worker& worker) {
-    const std::uint32_t number = worker.answers.front();
-    worker.answers.pop_front();
-    --worker.out;
-    const Message& message = messages_[number];
-    credit_of(worker.rank, message.from) += message.rays;
-    for (const Walk& walks : message.walks) walk(worker, {walks.tours, walks.at + 1, walks.rays});
-    free_messages_.push_back(number);
+  void take_answers(Worker& worker) {
+    for (const std::uint32_t number : std::exchange(worker.taken, {})) {
+      --worker.out;
+      const Message& message = messages_[number];
+      credit_of(worker.rank, message.from) += message.rays;
+      for (const Walk& walks : message.walks) walk(worker, {walks.tours, walks.at + 1, walks.rays});
+      free_messages_.push_back(number);
+    }
     // Others may wait for this credit.
     for (std::uint32_t i = first_worker(worker.rank); i < first_worker(worker.rank + 1); ++i)
       if (workers_[i].phase == Phase::kWaiting && !workers_[i].ready.empty()) proceed(i);
@@ -335,8 +336,11 @@ class PartSimulation {
     if (const double seconds = visit(worker); !worker.visiting.empty())
       return compute(number, Phase::kVisiting, seconds);
     if (!worker.answers.empty()) {
-      const Message& message = messages_[worker.answers.front()];
-      return compute(number, Phase::kTaking, 0.5 * costs_.home_ray * message.rays + costs_.home_hit * message.hits);
+      worker.taken = std::exchange(worker.answers, {});
+      double taking = 0.0;
+      for (const std::uint32_t answer : worker.taken)
+        taking += 0.5 * costs_.home_ray * messages_[answer].rays + costs_.home_hit * messages_[answer].hits;
+      return compute(number, Phase::kTaking, taking);
     }
     if (worker.out != 0 || !worker.ready.empty()) {
       worker.phase = Phase::kWaiting;

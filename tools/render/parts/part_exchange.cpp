@@ -92,8 +92,14 @@ build::Result<void> PartExchange::run(Call& call) {
       // Other threads have all credit. They get answers, and give it back.
       credit_.wait(kLook);
       if (auto health = setup_.mail->health(); !health) return health;
-    } else if (auto received = receive(call, all_sent); !received) {
-      return received;
+    } else {
+      // All answers that are there, so that the next questions have more rays.
+      milliseconds wait = all_sent ? kLook : kShortLook;
+      for (bool more = true; more; wait = milliseconds(0)) {
+        const auto received = receive(call, wait);
+        if (!received) return tl::unexpected(received.error());
+        more = *received;
+      }
     }
   }
   return {};
@@ -139,10 +145,13 @@ build::Result<bool> PartExchange::visit_own(Call& call) const {
   return any;
 }
 
-/// Takes an answer, if one comes soon.
-build::Result<void> PartExchange::receive(Call& call, bool all_sent) {
-  const auto letter = setup_.mail->next_answer(call.slot, all_sent ? kLook : kShortLook);
-  if (!letter) return setup_.mail->health();
+/// Takes an answer. @return whether one came in time.
+build::Result<bool> PartExchange::receive(Call& call, milliseconds wait) {
+  const auto letter = setup_.mail->next_answer(call.slot, wait);
+  if (!letter) {
+    if (auto health = setup_.mail->health(); !health) return tl::unexpected(std::move(health.error()));
+    return false;
+  }
   ++call.counts.messages;
   call.counts.bytes += letter->bytes.size();
   auto answer = decode_answer(letter->bytes, setup_.manifest->levels);
@@ -150,11 +159,11 @@ build::Result<void> PartExchange::receive(Call& call, bool all_sent) {
   const auto of = std::find_if(call.waiting.begin(), call.waiting.end(),
                                [&](const Call::Waiting& question) { return question.number == answer->number; });
   // To a trace() that was broken off.
-  if (of == call.waiting.end()) return {};
+  if (of == call.waiting.end()) return true;
   credit_.give_back(of->rank, of->parcel.numbers.size());
   const RayTour::Parcel parcel = std::move(of->parcel);
   call.waiting.erase(of);
-  if (call.tour.give(parcel, answer->answer)) return {};
+  if (call.tour.give(parcel, answer->answer)) return true;
   return invalid_input("an answer of part " + std::to_string(parcel.part) + " does not fit its question");
 }
 

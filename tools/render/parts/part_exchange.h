@@ -12,6 +12,7 @@
 #include <tools/render/studio/render.h>
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -76,7 +77,7 @@ class PartExchange {
   build::Result<void> run(Call& call);
   build::Result<bool> visit_own(Call& call) const;
   bool send(Call& call);
-  build::Result<void> receive(Call& call, bool all_sent);
+  build::Result<bool> receive(Call& call, std::chrono::milliseconds wait);
   void serve();
   std::vector<std::byte> answer_to(const PartQuestion& question) const;
 
