@@ -40,7 +40,7 @@ struct CommandLine {
   std::string words, json;
   std::vector<std::string> ranks{"1", "2", "4", "8", "16"};
   unsigned threads = 1, steps = 8, width = 0, height = 0, samples = 0;
-  unsigned latency_us = 0, megabytes = 1000, message_ns = 7500, hop_us = 120;
+  unsigned latency_us = 0, megabytes = 1000, message_ns = 20000, hop_us = 120;
 };
 
 std::vector<Flag> make_flags(CommandLine& line) {
@@ -68,7 +68,7 @@ int fail(const std::string& message, int status) {
 
 /// What messages cost, as measured between two ranks.
 struct MessageCosts {
-  double seconds, byte, latency;
+  double seconds, byte, latency, waiting;
 };
 
 /// All ranks call this. @return nothing: this program was started alone.
@@ -79,10 +79,10 @@ build::Result<std::optional<MessageCosts>> measure_wire(tools::Ranks& ranks) {
   if (!small) return tl::unexpected(small.error());
   const auto large = measure_messages(ranks, kLarge);
   if (!large) return tl::unexpected(large.error());
-  const auto latency = measure_latency(ranks);
-  if (!latency) return tl::unexpected(latency.error());
+  const auto single = measure_single_messages(ranks);
+  if (!single) return tl::unexpected(single.error());
   const double byte = std::max(0.0, *large - *small) / static_cast<double>(kLarge - kSmall);
-  return MessageCosts{*small, byte, *latency};
+  return MessageCosts{single->seconds, byte, single->latency, single->waiting};
 }
 
 struct Row {
@@ -113,17 +113,12 @@ std::string to_table(const std::vector<Row>& rows) {
 }
 
 nlohmann::json to_json(const std::string& command, const ExchangeCosts& costs, const std::vector<Row>& rows) {
-  nlohmann::json json{{"format", "hiprt bench_part_ranks 1"},
-                      {"command", command},
-                      {"cpu", cpu_name()},
-                      {"home_ray", costs.home_ray},
-                      {"home_hit", costs.home_hit},
-                      {"owner_ray", costs.owner_ray},
-                      {"owner_hit", costs.owner_hit},
-                      {"message_seconds", costs.message_seconds},
-                      {"message_byte", costs.message_byte},
-                      {"latency", costs.latency},
-                      {"runs", nlohmann::json::array()}};
+  nlohmann::json json{
+      {"format", "hiprt bench_part_ranks 1"}, {"command", command},         {"cpu", cpu_name()},
+      {"home_ray", costs.home_ray},           {"home_hit", costs.home_hit}, {"owner_ray", costs.owner_ray},
+      {"owner_hit", costs.owner_hit},         {"parcel", costs.parcel},     {"message_seconds", costs.message_seconds},
+      {"message_byte", costs.message_byte},   {"waiting", costs.waiting},   {"latency", costs.latency},
+      {"runs", nlohmann::json::array()}};
   for (const Row& row : rows)
     json["runs"].push_back({{"ranks", row.run.ranks},
                             {"seconds", row.simulated.seconds},
@@ -169,16 +164,38 @@ struct Words {
   }
 };
 
-build::Result<PartPictureCosts> measure_picture(tools::RenderCommand& command, const tools::PartScene& scene,
-                                                std::uint32_t steps) {
+struct MeasuredPicture {
+  PartPictureCosts picture;
+  ParcelCosts parcel{};
+};
+
+/// Measures once with large waves, and with such small ones that most parcels have a few rays.
+build::Result<MeasuredPicture> measure_picture(tools::RenderCommand& command, const tools::PartScene& scene,
+                                               std::uint32_t steps) {
+  constexpr std::uint64_t kLittleMemory = 64 << 10;
   const auto camera = tools::choose_camera(command, scene.manifest.bounds());
   if (!camera) return tl::unexpected(camera.error());
   if (auto ready = command.paths.prepare_sky(*camera, command.render, command.outputs); !ready)
     return tl::unexpected(std::move(ready.error()));
   tools::Ranks alone;
-  const auto engine = tools::PartsEngine::make(command, scene, *camera, alone, {});
-  if (!engine) return tl::unexpected(engine.error());
-  return measure_parts(**engine, command, steps);
+  MeasuredPicture measured;
+  VisitSums many, few;
+  for (const bool is_small : {true, false}) {
+    tools::RenderCommand run = command;
+    if (is_small) run.ranks.ray_memory = kLittleMemory;
+    const auto engine = tools::PartsEngine::make(run, scene, *camera, alone, {});
+    if (!engine) return tl::unexpected(engine.error());
+    auto picture = measure_parts(**engine, run, is_small ? 1 : steps, is_small ? few : many);
+    if (!picture) return tl::unexpected(std::move(picture.error()));
+    measured.picture = std::move(*picture);
+  }
+  measured.parcel = split(many, few);
+  // Each ray's share of its parcel is in `parcel` now.
+  const double share = measured.parcel.ray * many.rays / many.seconds;
+  for (PathCalls& calls : measured.picture.calls)
+    for (TraceCall& call : calls.calls)
+      for (PartVisits& visits : call.visits) visits.seconds *= share;
+  return measured;
 }
 
 int predict(const CommandLine& line, const std::string& command, const std::optional<MessageCosts>& wire) {
@@ -193,16 +210,20 @@ int predict(const CommandLine& line, const std::string& command, const std::opti
   const auto measured = measure_picture(words.command, *scene, line.steps);
   if (!measured) return fail(measured.error().message, kFailure);
   ExchangeCosts costs = measure_encoding(scene->manifest.levels);
+  costs.parcel = measured->parcel.parcel;
   costs.message_seconds = wire ? wire->seconds : 1e-9 * line.message_ns;
+  costs.waiting = wire ? wire->waiting : 0.0;
   costs.message_byte = wire ? wire->byte : 0.0;
   costs.latency = (wire ? wire->latency : 1e-6 * line.hop_us) + 1e-6 * line.latency_us;
   costs.byte_per_second = 1e6 * line.megabytes;
   const auto ns = [](double seconds) { return format_number(1e9 * seconds, 1); };
   std::cout << "Measured: rays in messages take " << ns(costs.home_ray) << " ns at home and " << ns(costs.owner_ray)
-            << " ns at the owner, surfaces " << ns(costs.home_hit) << " and " << ns(costs.owner_hit) << " ns. "
+            << " ns at the owner, surfaces " << ns(costs.home_hit) << " and " << ns(costs.owner_hit)
+            << " ns. A visit takes " << ns(costs.parcel) << " ns and each ray " << ns(measured->parcel.ray) << " ns. "
             << (wire ? "Measured: " : "Given: ") << "messages take " << ns(costs.message_seconds) << " ns and "
             << format_number(1e9 * costs.message_byte, 3) << " ns per byte, and are there after "
-            << format_number(1e6 * costs.latency, 0) << " us\n\n";
+            << format_number(1e6 * costs.latency, 0) << " us. Looking for them takes "
+            << format_number(100.0 * costs.waiting, 1) << " % of a core\n\n";
   const tools::RenderOptions& render = words.command.render;
   const std::uint32_t width = line.width == 0 ? render.width : line.width,
                       height = line.height == 0 ? render.height : line.height,
@@ -211,7 +232,7 @@ int predict(const CommandLine& line, const std::string& command, const std::opti
   for (const unsigned ranks : *counts) {
     if (tools::interrupted()) return fail("cancelled", kFailure);
     const unsigned workers = ranks == 1 ? line.threads : 2 * line.threads;
-    const PartPictureCosts picture = enlarged(*measured, width, height, samples, ranks * workers);
+    const PartPictureCosts picture = enlarged(measured->picture, width, height, samples, ranks * workers);
     const auto memory =
         tools::RayMemory::divide(words.command.ranks.ray_memory, ranks, workers, scene->manifest.levels);
     if (!memory) return fail(memory.error().message, kFailure);

@@ -209,9 +209,15 @@ build::Result<double> measure_messages(tools::Ranks& ranks, std::size_t bytes) {
   return ranks.is_first() ? median(seconds) : 0.0;
 }
 
-build::Result<double> measure_latency(tools::Ranks& ranks) {
-  constexpr int kMessages = 2000;
+build::Result<SingleMessage> measure_single_messages(tools::Ranks& ranks) {
+  constexpr int kMessages = 2000, kNothing = 3;
   std::vector<double> seconds;
+  double begin = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+  constexpr auto kQuiet = 500ms;
+  static_cast<void>(ranks.receive(kNothing, kQuiet));
+  const double waiting = (seconds_of(CLOCK_PROCESS_CPUTIME_ID) - begin) / std::chrono::duration<double>(kQuiet).count();
+  begin = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+  const double began = seconds_of(CLOCK_MONOTONIC);
   for (int i = 0; i < kMessages && ranks.rank() <= 1; ++i) {
     const double before = seconds_of(CLOCK_MONOTONIC);
     if (ranks.is_first()) ranks.send(1, kThere, std::vector<std::byte>(64));
@@ -220,7 +226,10 @@ build::Result<double> measure_latency(tools::Ranks& ranks) {
     if (!ranks.is_first()) ranks.send(0, kBack, std::vector<std::byte>(64));
     seconds.push_back(0.5 * (seconds_of(CLOCK_MONOTONIC) - before));
   }
-  return ranks.is_first() ? median(seconds) : 0.0;
+  if (!ranks.is_first()) return SingleMessage{};
+  const double looking = waiting * (seconds_of(CLOCK_MONOTONIC) - began);
+  const double all = seconds_of(CLOCK_PROCESS_CPUTIME_ID) - begin;
+  return SingleMessage{median(seconds), std::max(0.0, all - looking) / (2.0 * kMessages), waiting};
 }
 
 double processor_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }

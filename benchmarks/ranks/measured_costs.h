@@ -38,9 +38,15 @@ RankCosts measure_dealing(std::size_t pixel_bytes);
 /// the others 0. kBackend if a rank is lost.
 build::Result<double> measure_messages(tools::Ranks& ranks, std::size_t bytes);
 
-/// All ranks call this, too. @return on rank 0 the seconds of a message to rank 1 and to a waiting thread of it, the
-/// median of many: half of the time until its answer comes.
-build::Result<double> measure_latency(tools::Ranks& ranks);
+/// What single messages between two threads that wait for them cost.
+struct SingleMessage {
+  double latency;  ///< Seconds until the other thread has it: half of the time until its answer comes. The median.
+  double seconds;  ///< Processor seconds of a rank for a message out or in, with the context switches.
+  double waiting;  ///< Part of a processor that looking for messages takes, while nothing comes.
+};
+
+/// All ranks call this, too. @return on rank 0 the costs of messages between ranks 0 and 1.
+build::Result<SingleMessage> measure_single_messages(tools::Ranks& ranks);
 
 /// Seconds of the processor of this thread so far.
 double processor_seconds();

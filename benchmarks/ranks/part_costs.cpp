@@ -18,6 +18,8 @@ using tools::Query;
 /// Notes the calls for some paths.
 class CallRecorder final : public tools::TourWatcher {
  public:
+  explicit CallRecorder(VisitSums& visits) : all_visits_(visits) {}
+
   void start() {
     calls_ = {};
     left_ = processor_seconds();
@@ -45,6 +47,9 @@ class CallRecorder final : public tools::TourWatcher {
     sums.rays += static_cast<double>(parcel.numbers.size());
     sums.hits += static_cast<double>(answer.hits.size());
     sums.seconds += seconds;
+    all_visits_.seconds += seconds;
+    all_visits_.rays += static_cast<double>(parcel.numbers.size());
+    all_visits_.parcels += 1.0;
   }
 
   void end() override {
@@ -66,6 +71,7 @@ class CallRecorder final : public tools::TourWatcher {
     double rays = 0.0, hits = 0.0, seconds = 0.0;
   };
 
+  VisitSums& all_visits_;
   PathCalls calls_;
   double left_ = 0.0;  ///< When the last call was left.
   double visit_began_ = 0.0, visit_seconds_ = 0.0;
@@ -87,8 +93,8 @@ template <class Work> double least_seconds_of(const Work& work) {
 }  // namespace
 
 build::Result<PartPictureCosts> measure_parts(tools::PartsEngine& engine, const tools::RenderCommand& command,
-                                              std::uint32_t steps) {
-  CallRecorder recorder;
+                                              std::uint32_t steps, VisitSums& visits) {
+  CallRecorder recorder(visits);
   engine.exchange().watch(recorder);
   tools::PictureWork& work = engine.work();
   PartPictureCosts costs;
@@ -107,6 +113,14 @@ build::Result<PartPictureCosts> measure_parts(tools::PartsEngine& engine, const 
     costs.calls_of_tile.push_back(tile);
   }
   return costs;
+}
+
+ParcelCosts split(const VisitSums& many, const VisitSums& few) {
+  // seconds = parcels * parcel + rays * ray, for both.
+  const double determinant = few.parcels * many.rays - many.parcels * few.rays;
+  const double parcel = (few.seconds * many.rays - many.seconds * few.rays) / determinant;
+  const double least = std::max(0.0, parcel);
+  return {least, std::max(0.0, many.seconds - least * many.parcels) / many.rays};
 }
 
 PartPictureCosts enlarged(const PartPictureCosts& measured, std::uint32_t width, std::uint32_t height,
@@ -143,9 +157,8 @@ ExchangeCosts measure_encoding(std::uint32_t levels) {
   ExchangeCosts costs;
   costs.home_ray = kPerRay * least_seconds_of([&] { static_cast<void>(encode(question)); }) + decoding(miss);
   costs.home_hit = std::max(0.0, decoding(hit) - decoding(miss));
-  costs.owner_ray =
-      kPerRay * least_seconds_of([&] { static_cast<void>(tools::decode_question(question_bytes, 1)); }) +
-      encoding(miss);
+  costs.owner_ray = kPerRay * least_seconds_of([&] { static_cast<void>(tools::decode_question(question_bytes, 1)); }) +
+                    encoding(miss);
   costs.owner_hit = std::max(0.0, encoding(hit) - encoding(miss));
   return costs;
 }

@@ -8,13 +8,25 @@
 
 namespace hiprt::bench {
 
+/// Sums over all visits of some rays to parts.
+struct VisitSums {
+  double seconds = 0.0, rays = 0.0, parcels = 0.0;
+};
+
 /// Renders a few steps of every tile on one thread that has all parts, and notes which parts the rays visit. Times are
 /// processor time of this thread: other programs hardly change them.
 /// @param engine of a program that was started alone. @param command the one that it was made from.
-/// @param steps of each tile, 1 or more.
+/// @param steps of each tile, 1 or more. @param visits what they took is added to it.
 /// @return the errors of PartWork::run(); kCancelled when interrupted() became true.
 build::Result<PartPictureCosts> measure_parts(tools::PartsEngine& engine, const tools::RenderCommand& command,
-                                              std::uint32_t steps);
+                                              std::uint32_t steps, VisitSums& visits);
+
+/// Seconds of a visit of no ray, and of each ray more: those that explain both sums. Rays of small parcels cost more.
+/// @param many, few visits of the same rays in large and in small parcels.
+struct ParcelCosts {
+  double parcel, ray;
+};
+ParcelCosts split(const VisitSums& many, const VisitSums& few);
 
 /// The costs of another picture of the same view: larger, with more steps, and with tiles for so many workers.
 PartPictureCosts enlarged(const PartPictureCosts& measured, std::uint32_t width, std::uint32_t height,

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <random>
 #include <set>
 #include <utility>
 
@@ -18,8 +19,6 @@ namespace {
 
 using tools::PictureUnit;
 
-/// Numbers of rays are no integers here. Fewer are none.
-constexpr double kNoRays = 1e-6;
 constexpr double kQuestionBytes = 24.0, kAnswerBytes = 13.0;  ///< Without rays and answers.
 
 /// Rays on their tour.
@@ -87,7 +86,9 @@ class PartSimulation {
         out_(run.ranks),
         held_(run.ranks),
         units_(run.ranks),
-        credit_(std::size_t{run.ranks} * run.ranks, run.credit),
+        credit_(std::size_t{run.ranks} * run.ranks, std::floor(run.credit)),
+        random_(run.seed),
+        slower_(run.ranks == 1 ? 1.0 : 1.0 / (1.0 - costs.waiting / run.threads)),
         per_rank_(run.ranks == 1 ? run.threads : 2 * run.threads),
         workers_(std::size_t{run.ranks} * per_rank_) {
     for (std::size_t i = 0; i < workers_.size(); ++i) workers_[i].rank = static_cast<unsigned>(i / per_rank_);
@@ -171,7 +172,9 @@ class PartSimulation {
     switch (message.matter) {
       case Matter::kQuestion:
         cores_.start(TaskKind::kAnswer, message.to,
-                     message.seconds + costs_.owner_ray * message.rays + costs_.owner_hit * message.hits, number);
+                     slower_ * (message.seconds + costs_.parcel + costs_.owner_ray * message.rays +
+                                costs_.owner_hit * message.hits),
+                     number);
         break;
       case Matter::kAnswer: {
         Worker& worker = workers_[message.worker];
@@ -214,9 +217,8 @@ class PartSimulation {
       }
       ++held_[rank];
       dealing_.serve(cores_.now(), 0.5 * costs_.unit_seconds);
-      const std::uint32_t message =
-          new_message(Matter::kUnit, 0, rank,
-                      unit->first == 0 ? 0.0 : static_cast<double>(unit->pixels() * picture_.pixel_bytes));
+      const std::uint32_t message = new_message(
+          Matter::kUnit, 0, rank, unit->first == 0 ? 0.0 : static_cast<double>(unit->pixels() * picture_.pixel_bytes));
       messages_[message].unit = *unit;
       post(message);
     }
@@ -238,7 +240,7 @@ class PartSimulation {
 
   void compute(std::uint32_t number, Phase phase, double seconds) {
     workers_[number].phase = phase;
-    cores_.start(TaskKind::kPath, workers_[number].rank, seconds, number);
+    cores_.start(TaskKind::kPath, workers_[number].rank, slower_ * seconds, number);
   }
 
   void begin_units(unsigned rank) {
@@ -284,7 +286,10 @@ class PartSimulation {
         const TraceCall& call = worker.now();
         const double times = worker.waves[worker.wave].times;
         result_.rays += times * call.rays;
-        for (const RayTours& tours : call.tours) walk(worker, {&tours, 0, times * tours.rays});
+        // Whole rays: a short wave has no part of a ray to a part that few rays visit.
+        for (const RayTours& tours : call.tours)
+          if (const double rays = std::floor(times * tours.rays + part_(random_)); rays > 0.0)
+            walk(worker, {&tours, 0, rays});
         break;
       }
       case Phase::kSending:
@@ -358,21 +363,21 @@ class PartSimulation {
       auto& [part, walks] = *at;
       const unsigned owner = run_.owner[part];
       double& credit = credit_of(worker.rank, owner);
-      if (owner == worker.rank || credit <= kNoRays) {
+      if (owner == worker.rank || credit < 1.0) {
         ++at;
         continue;
       }
       const std::uint32_t to = new_message(Matter::kQuestion, worker.rank, owner, 0.0);
       Message& message = messages_[to];
       message.worker = number;
-      while (!walks.empty() && credit > kNoRays) {
+      while (!walks.empty() && credit >= 1.0) {
         Walk& last = walks.back();
         const double rays = std::min(credit, last.rays);
         message.walks.push_back({last.tours, last.at, rays});
         message.rays += rays;
         credit -= rays;
         last.rays -= rays;
-        if (last.rays <= kNoRays) walks.pop_back();
+        if (last.rays < 1.0) walks.pop_back();
       }
       const PartVisits& visits = visits_of(worker, part);
       message.hits = visits.hits * message.rays;
@@ -395,6 +400,7 @@ class PartSimulation {
         continue;
       }
       for (const Walk& walk : walks) seconds += visits_of(worker, part).seconds * walk.rays;
+      seconds += costs_.parcel;
       worker.visiting.insert(worker.visiting.end(), walks.begin(), walks.end());
       at = worker.ready.erase(at);
     }
@@ -427,7 +433,10 @@ class PartSimulation {
   std::set<unsigned> hungry_;                   ///< Ranks that may get more.
   std::vector<std::deque<PictureUnit>> units_;  ///< Of each rank, that have arrived.
   std::vector<double> credit_;                  ///< From each rank to each.
-  unsigned per_rank_;                           ///< Workers.
+  std::mt19937_64 random_;
+  std::uniform_real_distribution<double> part_{0.0, 1.0};
+  double slower_;      ///< Cores are, since they also look for messages.
+  unsigned per_rank_;  ///< Workers.
   std::vector<Worker> workers_;
   std::vector<Message> messages_;
   std::vector<std::uint32_t> free_messages_;

@@ -54,11 +54,13 @@ struct PartPictureCosts {
 struct ExchangeCosts {
   double home_ray = 0.0, home_hit = 0.0;    ///< Of the asking thread, per ray and per surface: encodes and decodes.
   double owner_ray = 0.0, owner_hit = 0.0;  ///< The same of the answering thread.
-  double message_seconds = 0.0;             ///< Of a rank's thread for MPI, for each message out or in.
-  double message_byte = 0.0;                ///< The same for each byte.
-  double unit_seconds = 0.0;                ///< Of rank 0's dealing thread, for each unit: out and back.
-  double latency = 0.0;                     ///< Seconds of a message between two threads for MPI.
-  double byte_per_second = 1e12;            ///< Of each rank's network card, in each direction.
+  double parcel = 0.0;                      ///< Of a visit of any number of rays, beside the seconds of each ray.
+  double message_seconds = 0.0;   ///< Of a rank's core, for each message out or in, with its context switches.
+  double message_byte = 0.0;      ///< The same for each byte.
+  double waiting = 0.0;           ///< Part of a core of each rank that looking for messages takes.
+  double unit_seconds = 0.0;      ///< Of rank 0's dealing thread, for each unit: out and back.
+  double latency = 0.0;           ///< Seconds of a message between two threads for MPI.
+  double byte_per_second = 1e12;  ///< Of each rank's network card, in each direction.
 };
 
 /// How a run is started.
@@ -66,7 +68,8 @@ struct PartRun {
   std::vector<unsigned> owner;      ///< Rank of each part (owners_of()).
   unsigned ranks = 1, threads = 1;  ///< Threads of each rank.
   double wave_paths = 65536.0;      ///< Most paths of a wave (RayMemory).
-  double credit = 1e6;              ///< Most rays of a rank on their way to another one (RayMemory).
+  double credit = 1e6;              ///< Most rays of a rank on their way to another one (RayMemory), at least 1.
+  std::uint64_t seed = 36;          ///< Of the numbers of rays, which are rounded up or down.
 };
 
 struct SimulatedPartRun {
