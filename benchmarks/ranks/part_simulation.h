@@ -1,10 +1,9 @@
 #pragma once
-/// A run of bvhrender of a scene in parts on many ranks, in simulated time: the real dealer of units, and rays that
-/// visit the parts that measured rays have visited. A discrete-event simulation.
+/// A run of bvhrender of a scene in parts on many ranks, in simulated time. It has the real dealer of units. Rays visit
+/// the parts that measured rays have visited. A discrete-event simulation.
 ///
-/// Each rank has cores and three kinds of work, in the order of their priorities: the thread that calls MPI, threads
-/// that answer questions, and workers that follow paths. A rank has two workers per core: one waits for answers while
-/// the other computes.
+/// A core works on what is most urgent: the thread that calls MPI, then threads that answer questions, then workers
+/// that follow paths. A rank has two workers per core: one waits for answers while the other computes.
 
 #include <tools/render/units/picture_state.h>
 

@@ -9,7 +9,10 @@
 #include <tools/render/units/picture_state.h>
 
 #include <atomic>
+#include <limits>
+#include <set>
 #include <span>
+#include <vector>
 
 using namespace hiprt;
 using namespace hiprt::test;
@@ -120,7 +123,77 @@ std::vector<PathSum> render(PictureWork& work, std::uint32_t steps_of_unit) {
   return picture_of(state.pixels, work.steps(), 1).sums;
 }
 
+/// Checks what it is told, and notes who had the best hit.
+class Witness final : public TourWatcher {
+ public:
+  void begin(Query, std::size_t rays) override {
+    CHECK(!is_inside_);
+    is_inside_ = true;
+    visited_.assign(rays, {});
+    best_.assign(rays, std::numeric_limits<float>::infinity());
+  }
+  void begin_visit() override {
+    CHECK(is_inside_);
+    CHECK(!is_visiting_);
+    is_visiting_ = true;
+  }
+  void end_visit(const RayTour::Parcel& parcel, const PartAnswer& answer) override {
+    CHECK(is_visiting_);
+    is_visiting_ = false;
+    CHECK(!parcel.numbers.empty());
+    REQUIRE(answer.results.size() == parcel.numbers.size());
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < parcel.numbers.size(); ++k) {
+      const std::uint32_t ray = parcel.numbers[k];
+      // A ray visits a part once.
+      REQUIRE(visited_[ray].insert(parcel.part).second);
+      if (answer.query == Query::kClosest && answer.results[k] == VisitResult::kHit)
+        best_[ray] = std::min(best_[ray], answer.hits[next++].hit.t);
+    }
+  }
+  void end() override {
+    CHECK(is_inside_);
+    is_inside_ = false;
+  }
+
+  bool is_inside() const { return is_inside_; }
+  const std::set<std::uint32_t>& visited(std::size_t ray) const { return visited_[ray]; }
+  float best(std::size_t ray) const { return best_[ray]; }
+
+ private:
+  bool is_inside_ = false, is_visiting_ = false;
+  std::vector<std::set<std::uint32_t>> visited_;
+  std::vector<float> best_;
+};
+
 }  // namespace
+
+TEST_CASE("parts: a watcher is told of every visit") {
+  const std::uint64_t seed = 11;
+  oracle::Random random(seed);
+  const PathSettings settings = settings_of(kOptions, kCamera);
+  const PartedScene parts(seed, {}, true, 4);
+  PartProcess process(parts, settings, nullptr, 1);
+  Witness witness;
+  process.exchange().watch(witness);
+  const std::vector<Ray> rays = random_rays(random, 400);
+  Found found(rays.size(), process.exchange().manifest().levels, process.scene().view.levels);
+  RayCounts counts;
+  REQUIRE(process.exchange()
+              .trace(Query::kClosest, rays, found.views(), found.shared_paths.data(), 0, kNeverStopped, counts)
+              .has_value());
+  CHECK(!witness.is_inside());
+  std::size_t several = 0, in_parts = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    several += witness.visited(i).size() > 1 ? 1 : 0;
+    const bool is_shared = found.shared_paths[i * process.scene().view.levels] != kInvalidId;
+    if (!found.hits[i].found() || is_shared) continue;
+    ++in_parts;
+    CHECK(witness.best(i) == found.hits[i].t);
+  }
+  CHECK(several > 10);
+  CHECK(in_parts > 10);
+}
 
 TEST_CASE("parts: closest hits, their surfaces and any hits are those of the whole scene") {
   const unsigned scenes = checks::trials(60);
