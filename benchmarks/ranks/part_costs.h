@@ -21,7 +21,7 @@ struct VisitSums {
 build::Result<PartPictureCosts> measure_parts(tools::PartsEngine& engine, const tools::RenderCommand& command,
                                               std::uint32_t steps, VisitSums& visits);
 
-/// Seconds of a visit of no ray, and of each ray more: those that explain both sums. Rays of small parcels cost more.
+/// Seconds of a visit without rays, and of each ray. Together they explain both sums.
 /// @param many, few visits of the same rays in large and in small parcels.
 struct ParcelCosts {
   double parcel, ray;
