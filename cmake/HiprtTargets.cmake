@@ -54,13 +54,20 @@ function(hiprt_target)
 endfunction()
 
 option(HIPRT_UNITY_BUILD
-  "Compile eight sources of the tools' libraries as one: less time, but a change of one compiles all eight" OFF)
+  "Compile the sources of a folder of the tools as one: less time, but a change of one compiles all of them" OFF)
 mark_as_advanced(HIPRT_UNITY_BUILD)
 
-# hiprt_unity(<target>...): for libraries whose sources have no names in common, and that nobody links in part. hiprt's
-# own libraries are linked in part: libhiprt0300164.so gets neither Embree nor oneTBB.
-function(hiprt_unity)
-  set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ${HIPRT_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 8)
+# hiprt_unity(<target>): with HIPRT_UNITY_BUILD compiles the sources of each folder as one. Such sources have no names in
+# common in unnamed namespaces. hiprt's own libraries are not among them, because they are linked in part:
+# libhiprt0300164.so gets neither Embree nor oneTBB.
+function(hiprt_unity target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${HIPRT_UNITY_BUILD} UNITY_BUILD_MODE GROUP)
+  get_target_property(sources ${target} SOURCES)
+  foreach(source IN LISTS sources)
+    get_filename_component(folder "${source}" DIRECTORY)
+    string(MAKE_C_IDENTIFIER "${target}_${folder}" group)
+    set_source_files_properties("${source}" PROPERTIES UNITY_GROUP ${group})
+  endforeach()
 endfunction()
 
 option(HIPRT_OPTIMIZE_COLD_CODE "Optimise code that takes no time at run time: command lines, importers, light tests"

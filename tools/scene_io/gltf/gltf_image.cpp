@@ -17,7 +17,7 @@ using Json = nlohmann::json;
 
 constexpr std::string_view kDataUri = "data:";
 
-build::Result<ImageBytes> from_data_uri(const std::string& uri) {
+build::Result<ImageBytes> picture_of_data_uri(const std::string& uri) {
   if (!tinygltf::IsDataURI(uri)) return invalid_input("its data URI is not base64 of image/png or image/jpeg");
   ImageBytes result;
   std::string ignored;
@@ -77,7 +77,7 @@ build::Result<ImageBytes> read_image_bytes(const JsonLocation& location, const J
   if (uri == image.end()) json_fault(location, "it has neither 'uri' nor 'bufferView'");
   const JsonLocation at(location, "uri");
   const std::string& text = json_string(at, *uri);
-  return text.starts_with(kDataUri) ? from_data_uri(text) : from_file(at, text, folder);
+  return text.starts_with(kDataUri) ? picture_of_data_uri(text) : from_file(at, text, folder);
 }
 
 }  // namespace hiprt::tools
