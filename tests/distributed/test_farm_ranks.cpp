@@ -21,7 +21,7 @@ const std::string& mpirun() {
 
 /// Under mpirun, to its end. @param recovery whether the end of a rank does not end the run.
 CommandResult run_ranks(unsigned ranks, const Words& program, bool recovery = false) {
-  return run_bounded(under_mpirun(mpirun(), ranks, program, recovery ? Words{"--enable-recovery"} : Words{}));
+  return run_bounded(under_mpirun(mpirun(), ranks, program, recovery ? with_recovery() : Words{}));
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ TEST_CASE("farm: a rank killed at a random moment loses nothing, or the next run
     CAPTURE(kSeed, i, ranks, victim, lossy, delay.count());
     const fs::path cache = folder / ("kill" + std::to_string(i));
     MpiRun one(under_mpirun(mpirun(), ranks, farm(manifest, cache, lossy ? Words{"--lossy-ranks"} : Words{}),
-                            {"--enable-recovery"}));
+                            with_recovery()));
     if (const pid_t process = one.wait_for(static_cast<int>(victim)); process > 0) {
       std::this_thread::sleep_for(delay);
       const auto living = one.processes(static_cast<int>(victim));

@@ -213,7 +213,7 @@ TEST_CASE("bvhrender of parts: a rank that is killed ends the run soon, and it g
     const int victim = static_cast<int>(random.below(3));
     const unsigned moment = random.below(1000);
     CAPTURE(i, victim, moment);
-    MpiRun run(under_mpirun(3, words, (i & 1u) != 0 ? Words{"--enable-recovery"} : Words{}));
+    MpiRun run(under_mpirun(3, words, (i & 1u) != 0 ? with_recovery() : Words{}));
     const pid_t process = run.wait_for(victim);
     // Before the ranks have met a death holds the others up for a minute.
     if (!full && !run.writes(kept)) continue;
@@ -245,7 +245,7 @@ TEST_CASE("bvhrender of parts: a lost rank is named, and a rank that stands stil
   const std::string out = parts.folder / "parts.png", kept = parts.folder / "kept";
   const Words words = Words{parts.manifest(), "-o", out} + PartFolder::picture(samples);
   {
-    MpiRun run(under_mpirun(3, words + Words{"--resume", kept, "--resume-every", "0"}, {"--enable-recovery"}));
+    MpiRun run(under_mpirun(3, words + Words{"--resume", kept, "--resume-every", "0"}, with_recovery()));
     const pid_t process = run.wait_for(2);
     REQUIRE(process > 0);
     REQUIRE(run.writes(kept));

@@ -43,6 +43,15 @@ inline Words under_mpirun(const std::string& mpirun, unsigned ranks, const Words
   return Words{mpirun, "--oversubscribe"} + more + Words{"-n", std::to_string(ranks)} + program;
 }
 
+/// Whether mpirun is that of Open MPI 5 or newer.
+inline bool has_new_mpirun() {
+  static const bool is_new = run({"/bin/sh", "-c", "mpirun --version | grep -q 'Open MPI) [1-4][.]'"}).status != 0;
+  return is_new;
+}
+
+/// Options of mpirun that make it go on after the end of a rank.
+inline Words with_recovery() { return has_new_mpirun() ? Words{"--with-ft", "ulfm"} : Words{"--enable-recovery"}; }
+
 /// What skips a case where there is no MPI.
 inline bool skip_without(const std::string& mpirun, const char* name) {
   if (mpirun.empty()) std::printf("SKIPPED: %s: no mpirun, or a build without MPI\n", name);

@@ -183,7 +183,7 @@ TEST_CASE("bvhtrace under mpirun: 1, 2, 3 and 5 ranks, a killed rank, and a resu
     const auto old = std::filesystem::last_write_time(kept, none);
     MpiRun three(
         under_mpirun(3, trace(folder, "killed", {"--block", "20", "--resume", kept, "--resume-every", "0"}) + more,
-                     {"--enable-recovery"}));
+                     with_recovery()));
     const pid_t process = three.wait_for(1);
     REQUIRE(process > 0);
     CHECK(three.writes(kept, none ? std::filesystem::file_time_type{} : old));

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <initializer_list>
 #include <limits>
+#include <string_view>
 
 namespace hiprt::tools {
 namespace {
@@ -27,6 +28,16 @@ std::optional<Launch> launch_of_environment() {
   if (!rank) return std::nullopt;
   const auto size = number_of({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"});
   return Launch{*rank, size.value_or(0)};
+}
+
+std::string recovery_words() {
+  constexpr std::string_view kOpenMpi = "Open MPI ";
+  constexpr int kFirstWithUlfm = 5;  // User-level failure mitigation, as mpirun calls it.
+  const std::string mpi = mpi_summary();
+  if (!mpi.starts_with(kOpenMpi)) return "--enable-recovery";
+  const std::string_view version = std::string_view(mpi).substr(kOpenMpi.size());
+  const auto number = parse_integer(version.substr(0, version.find('.')));
+  return number && *number >= kFirstWithUlfm ? "--with-ft ulfm" : "--enable-recovery";
 }
 
 bool is_first_of_launch() {

@@ -20,6 +20,9 @@ std::optional<Launch> launch_of_environment();
 /// started alone.
 bool is_first_of_launch();
 
+/// @return the words that make mpirun go on after the end of a rank. They depend on the version of Open MPI.
+std::string recovery_words();
+
 /// @return "Open MPI 4.1.4", or "not compiled in (reason)". It does not start MPI.
 std::string mpi_summary();
 

@@ -16,11 +16,16 @@
 namespace hiprt::tools {
 namespace {
 
-/// Whether Open MPI's mpirun was told to let a run go on after the end of a rank.
-bool mpirun_recovers() {
-  const char* value = std::getenv("OMPI_MCA_orte_enable_recovery");
+bool is_set(const char* variable) {
+  const char* value = std::getenv(variable);
   return value != nullptr && std::string_view(value) != "0" && std::string_view(value) != "false";
 }
+
+/// Whether mpirun of Open MPI 4 has --enable-recovery.
+bool has_enabled_recovery() { return is_set("OMPI_MCA_orte_enable_recovery"); }
+
+/// Whether Open MPI's mpirun was told to let a run go on after the end of a rank (recovery_words()).
+bool mpirun_recovers() { return has_enabled_recovery() || is_set("OMPI_MCA_mpi_ft_enable"); }
 
 /// Open MPI 4.1 with --enable-recovery ends with 0 whatever the ranks return, except after a signal. It then ends its
 /// ranks within 3 s, so that only the first living rank sends the signal.
@@ -28,7 +33,7 @@ void tell_mpirun_of_failure() {
   constexpr unsigned kSecondsToEnd = 3;
   const std::string parent = parent_name();
   const bool is_launcher = parent == "mpirun" || parent == "mpiexec" || parent == "orterun";
-  if (!mpirun_recovers() || !is_launcher) return;
+  if (!has_enabled_recovery() || !is_launcher) return;
   const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_RANK");
   for (unsigned left = kSecondsToEnd * (local == nullptr ? 0u : static_cast<unsigned>(std::atoi(local))); left > 0;)
     left = ::sleep(left);
@@ -161,7 +166,7 @@ int leave_run(Ranks* ranks, int status) {
 
 std::string recovery_warning() {
   if (std::getenv("OMPI_COMM_WORLD_RANK") == nullptr || mpirun_recovers()) return {};
-  return "mpirun ends the run when a rank is lost: start it with mpirun --enable-recovery";
+  return "mpirun ends the run when a rank is lost: start it with mpirun " + recovery_words();
 }
 
 }  // namespace hiprt::tools

@@ -28,8 +28,8 @@ class RankService;
 class Wire;
 
 struct RankOptions {
-  /// Whether the run may go on after a rank was lost. Open MPI then talks through TCP, also under mpirun
-  /// --enable-recovery, unless the user has set OMPI_MCA_btl. A rank that dies while it writes to shared memory would
+  /// Whether the run may go on after a rank was lost. Open MPI then talks through TCP, also under mpirun with
+  /// recovery_words(), unless the user has set OMPI_MCA_btl. A rank that dies while it writes to shared memory would
   /// block its readers for ever.
   bool lossy = false;
   std::chrono::milliseconds beat{500};        ///< Between two signs of life.
@@ -118,7 +118,7 @@ class Ranks {
 /// @param ranks of join(), or nullptr.
 int leave_run(Ranks* ranks, int status);
 
-/// Warning for a run that is to survive lost ranks: mpirun was not started with --enable-recovery, so it will end the
+/// Warning for a run that is to survive lost ranks: mpirun was not started with recovery_words(), so it will end the
 /// run. Empty: nothing to warn of.
 std::string recovery_warning();
 

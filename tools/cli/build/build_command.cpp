@@ -208,7 +208,8 @@ void add_cache_options(CLI::App& app, BuildCommand& command) {
       ->needs("--cache")
       ->group(kCacheGroup);
   app.add_flag("--lossy-ranks", command.lossy_ranks,
-               "With --manifest: go on after ranks were lost. Start it with mpirun --enable-recovery")
+               "With --manifest: go on after ranks were lost. Start it with mpirun --enable-recovery "
+               "(Open MPI 5 and newer: --with-ft ulfm)")
       ->needs("--manifest")
       ->disable_flag_override()
       ->group(kCacheGroup);

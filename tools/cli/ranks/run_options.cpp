@@ -22,7 +22,7 @@ void add_rank_options(CLI::App& app, RankFlags& ranks) {
       ->group(kRanksGroup);
   app.add_flag("--lossy-ranks", ranks.lossy,
                "Go on when a rank is lost: its work is dealt again, and the results are the same. Start mpirun with "
-               "--enable-recovery then. Default: the run ends")
+               "--enable-recovery then (Open MPI 5 and newer: --with-ft ulfm). Default: the run ends")
       ->disable_flag_override()
       ->group(kRanksGroup);
 }
