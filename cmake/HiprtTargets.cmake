@@ -57,8 +57,8 @@ option(HIPRT_UNITY_BUILD
   "Compile the sources of a folder of the tools as one: less time, but a change of one compiles all of them" OFF)
 mark_as_advanced(HIPRT_UNITY_BUILD)
 
-# hiprt_unity(<target>): with HIPRT_UNITY_BUILD compiles the sources of each folder as one. Such sources have no names in
-# common in unnamed namespaces. hiprt's own libraries are not among them, because they are linked in part:
+# hiprt_unity(<target>): with HIPRT_UNITY_BUILD compiles the sources of each folder as one. Such sources have no names
+# in common in unnamed namespaces. hiprt's own libraries are not among them, because they are linked in part:
 # libhiprt0300164.so gets neither Embree nor oneTBB.
 function(hiprt_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${HIPRT_UNITY_BUILD} UNITY_BUILD_MODE GROUP)
