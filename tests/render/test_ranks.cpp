@@ -153,7 +153,8 @@ TEST_CASE("bvhrender under mpirun: a lost rank ends the run with its name, and -
     return std::pair(result, "rank 1 (process " + std::to_string(process));
   };
   const auto [ended, name] = kill_one({});
-  CHECK(ended.status == 1);
+  // Newer ones make a status of their own.
+  CHECK((ended.status == 1 || (has_new_mpirun() && ended.status != 0)));
   CHECK_THAT(ended.err, Contains("bvhrender: " + name) && Contains("was lost") && Contains("--lossy-ranks") &&
                             Contains("to go on from " + kept));
   CHECK(std::filesystem::exists(kept));
