@@ -2,6 +2,7 @@
 
 #include "measured_costs.h"
 #include "part_costs.h"
+#include "rank_program.h"
 
 #include <benchmarks/common/flags.h>
 #include <benchmarks/common/machine.h>
@@ -19,8 +20,6 @@
 
 namespace hiprt::bench {
 namespace {
-
-constexpr int kFailure = 1, kUsage = 2;
 
 constexpr std::string_view kDescription =
     R"(bench_part_ranks: predicts the time of bvhrender of a scene in parts on many ranks, by a simulation.
@@ -133,18 +132,6 @@ nlohmann::json to_json(const std::string& command, const ExchangeCosts& costs, c
   return json;
 }
 
-/// @return the numbers of ranks; nothing if one is no number from 1 to 10,000.
-std::optional<std::vector<unsigned>> parse_ranks(const std::vector<std::string>& words) {
-  std::vector<unsigned> ranks;
-  for (const std::string& word : words) {
-    const bool digits = !word.empty() && word.size() <= 5 && word.find_first_not_of("0123456789") == std::string::npos;
-    const unsigned long number = digits ? std::stoul(word) : 0;
-    if (number < 1 || number > 10'000) return std::nullopt;
-    ranks.push_back(static_cast<unsigned>(number));
-  }
-  return ranks;
-}
-
 /// bvhrender's words.
 struct Words {
   CLI::App app{"bvhrender"};
@@ -199,7 +186,7 @@ build::Result<MeasuredPicture> measure_picture(tools::RenderCommand& command, co
 }
 
 int predict(const CommandLine& line, const std::string& command, const std::optional<MessageCosts>& wire) {
-  const auto counts = parse_ranks(line.ranks);
+  const auto counts = parse_ranks(line.ranks, 10'000);
   if (!counts) return fail("--ranks: expected numbers from 1 to 10000", kUsage);
   Words words;
   if (const std::string error = words.parse(line.words); !error.empty()) return fail("--bvhrender: " + error, kUsage);
@@ -249,16 +236,14 @@ int predict(const CommandLine& line, const std::string& command, const std::opti
 
 int run(const CommandLine& line, const std::string& command) {
   if (line.words.empty()) return fail("--bvhrender=WORDS is missing (see --help)", kUsage);
-  const tools::InterruptGuard guard;
-  auto ranks = tools::Ranks::join();
-  if (!ranks) return fail(ranks.error().message, kFailure);
-  const auto wire = measure_wire(**ranks);
-  int status = 0;
-  if (!wire)
-    status = fail(wire.error().message, kFailure);
-  else if ((*ranks)->is_first())
-    status = predict(line, command, *wire);
-  return tools::leave_run(ranks->get(), status);
+  std::optional<MessageCosts> wire;
+  const auto measure = [&](tools::Ranks& ranks) -> build::Result<void> {
+    auto measured = measure_wire(ranks);
+    if (!measured) return tl::unexpected(std::move(measured.error()));
+    wire = *measured;
+    return {};
+  };
+  return run_on_ranks(fail, measure, [&] { return predict(line, command, wire); });
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 /// Predicts how bvhrender scales to many ranks; see --help.
 
 #include "measured_costs.h"
+#include "rank_program.h"
 
 #include <benchmarks/common/flags.h>
 #include <benchmarks/common/machine.h>
@@ -19,8 +20,6 @@
 namespace hiprt::bench {
 namespace {
 
-constexpr int kFailure = 1, kUsage = 2;
-
 constexpr std::string_view kDescription =
     R"(bench_ranks: predicts the time of bvhrender --integrator path on many ranks, by a simulation.
 
@@ -36,7 +35,8 @@ Exit status: 0; 1 when something failed; 2 for a wrong command line.
 )";
 
 struct CommandLine {
-  std::string bvh, camera, json, ranks = "1,2,4,8,16,32,64,128,256,512,1000";
+  std::string bvh, camera, json;
+  std::vector<std::string> ranks{"1", "2", "4", "8", "16", "32", "64", "128", "256", "512", "1000"};
   unsigned width = 3840, height = 2160, samples = 1024, workers = 16, seed = 36;
   unsigned latency_us = 20, megabytes = 1000, message_ns = 7500;
 };
@@ -44,7 +44,7 @@ struct CommandLine {
 std::vector<Flag> make_flags(CommandLine& line) {
   return {text_flag("bvh", "FILE", "the scene", line.bvh),
           text_flag("camera", "FILE", "a .cam file (the whole scene is seen)", line.camera),
-          text_flag("ranks", "N,...", "numbers of ranks", line.ranks),
+          list_flag("ranks", "N,...", "numbers of ranks", line.ranks),
           number_flag("workers", "threads of each rank", line.workers, 1, 1024),
           number_flag("width", "width of the picture", line.width, 8, 65536),
           number_flag("height", "height of the picture", line.height, 8, 65536),
@@ -61,19 +61,6 @@ std::vector<Flag> make_flags(CommandLine& line) {
 int fail(const std::string& message, int status) {
   std::cerr << "bench_ranks: " << message << "\n";
   return status;
-}
-
-/// @return nothing if the text is no list of numbers from 1 to 100,000.
-std::vector<unsigned> parse_ranks(const std::string& text) {
-  std::vector<unsigned> ranks;
-  std::istringstream words(text);
-  for (std::string word; std::getline(words, word, ',');) {
-    const bool digits = !word.empty() && word.size() <= 6 && word.find_first_not_of("0123456789") == std::string::npos;
-    const unsigned long number = digits ? std::stoul(word) : 0;
-    if (number < 1 || number > 100'000) return {};
-    ranks.push_back(static_cast<unsigned>(number));
-  }
-  return ranks;
 }
 
 tl::expected<tools::Camera, std::string> load_camera(const CommandLine& line, const SceneFile& file) {
@@ -138,8 +125,8 @@ std::string to_table(const std::vector<Row>& rows) {
 
 /// @param message_seconds as measured; nothing: the flag's.
 int measure(const CommandLine& line, const std::string& command, std::optional<double> message_seconds) {
-  const std::vector<unsigned> ranks = parse_ranks(line.ranks);
-  if (ranks.empty()) return fail("--ranks=" + line.ranks + ": expected numbers from 1 to 100000", kUsage);
+  const auto ranks = parse_ranks(line.ranks, 100'000);
+  if (!ranks) return fail("--ranks: expected numbers from 1 to 100000", kUsage);
   const auto file = open_scene(line.bvh);
   if (!file) return fail(file.error().message, kFailure);
   const auto camera = load_camera(line, *file);
@@ -159,7 +146,7 @@ int measure(const CommandLine& line, const std::string& command, std::optional<d
             << (message_seconds ? "Measured: " : "Given: ") << format_number(1e6 * costs.message_seconds, 2)
             << " us per message\n\n";
   std::vector<Row> rows;
-  for (const unsigned count : ranks) {
+  for (const unsigned count : *ranks) {
     if (tools::interrupted()) return fail("cancelled", kFailure);
     const PictureCosts picture = enlarged(*measured, line.width, line.height, line.samples, count * line.workers);
     rows.push_back({count, line.workers, simulate(picture, costs, count, line.workers, line.seed)});
@@ -173,19 +160,17 @@ int measure(const CommandLine& line, const std::string& command, std::optional<d
 
 int run(const CommandLine& line, const std::string& command) {
   if (line.bvh.empty()) return fail("--bvh=FILE is missing (see --help)", kUsage);
-  const tools::InterruptGuard guard;
-  auto ranks = tools::Ranks::join();
-  if (!ranks) return fail(ranks.error().message, kFailure);
-  if ((*ranks)->size() == 1) return measure(line, command, {});
-  // The pixels of a tile of 8 x 8, with 32 bytes each, and a header.
-  constexpr std::size_t kBytes = 2080;
-  const auto seconds = measure_messages(**ranks, kBytes);
-  int status = 0;
-  if (!seconds)
-    status = fail(seconds.error().message, kFailure);
-  else if ((*ranks)->is_first())
-    status = measure(line, command, *seconds);
-  return tools::leave_run(ranks->get(), status);
+  std::optional<double> message_seconds;
+  const auto measure_wire = [&](tools::Ranks& ranks) -> build::Result<void> {
+    // The pixels of a tile of 8 x 8, with 32 bytes each, and a header.
+    constexpr std::size_t kBytes = 2080;
+    if (ranks.size() == 1) return {};
+    const auto seconds = measure_messages(ranks, kBytes);
+    if (!seconds) return tl::unexpected(seconds.error());
+    message_seconds = *seconds;
+    return {};
+  };
+  return run_on_ranks(fail, measure_wire, [&] { return measure(line, command, message_seconds); });
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "part_simulation.h"
 
 #include "busy_server.h"
+#include "part_worker.h"
 #include "rank_cores.h"
 
 #include <tools/render/parts/part_answer.h>
@@ -9,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <map>
 #include <random>
 #include <set>
 #include <utility>
@@ -18,57 +18,6 @@ namespace hiprt::bench {
 namespace {
 
 using tools::PictureUnit;
-
-constexpr double kQuestionBytes = 24.0, kAnswerBytes = 13.0;  ///< Without rays and answers.
-
-/// Rays on their tour.
-struct Walk {
-  const RayTours* tours;
-  std::uint32_t at;  ///< Index of the part that they visit next.
-  double rays;
-};
-
-enum class Matter : std::uint8_t { kQuestion, kAnswer, kUnit, kResult };
-
-struct Message {
-  Matter matter{};
-  bool there = false;  ///< It has left the sender's network card.
-  unsigned from = 0, to = 0;
-  double bytes = 0.0;
-  // Of questions and answers:
-  std::uint32_t worker = 0;
-  std::vector<Walk> walks{};
-  double rays = 0.0, hits = 0.0;
-  double seconds = 0.0;  ///< Of the owner.
-  // Of units and results:
-  PictureUnit unit{};
-  double took = 0.0;
-};
-
-/// Some paths of a tile.
-struct Wave {
-  const PathCalls* calls;
-  double times;  ///< Its paths divided by those of the calls.
-};
-
-enum class Phase : std::uint8_t { kIdle, kBetween, kSending, kVisiting, kTaking, kWaiting, kEnding };
-
-struct Worker {
-  unsigned rank = 0;
-  Phase phase = Phase::kIdle;
-  PictureUnit unit{};
-  double began = 0.0;
-  std::vector<Wave> waves{};
-  std::size_t wave = 0, call = 0;
-  std::map<std::uint16_t, std::vector<Walk>> ready{};  ///< By part.
-  unsigned out = 0;                                    ///< Questions without answers.
-  std::vector<std::uint32_t> answers{};
-  std::vector<std::uint32_t> leaving{};  ///< Questions that are being encoded.
-  std::vector<std::uint32_t> taken{};    ///< Answers that are being decoded.
-  std::vector<Walk> visiting{};          ///< In parts of its own rank.
-
-  const TraceCall& now() const { return waves[wave].calls->calls[call]; }
-};
 
 class PartSimulation {
  public:
@@ -112,23 +61,6 @@ class PartSimulation {
 
  private:
   // Messages.
-
-  std::uint32_t new_message(Matter matter, unsigned from, unsigned to, double bytes) {
-    std::uint32_t number = static_cast<std::uint32_t>(messages_.size());
-    if (free_messages_.empty()) {
-      messages_.emplace_back();
-    } else {
-      number = free_messages_.back();
-      free_messages_.pop_back();
-    }
-    Message& message = messages_[number];
-    message = {};
-    message.matter = matter;
-    message.from = from;
-    message.to = to;
-    message.bytes = bytes;
-    return number;
-  }
 
   void post(std::uint32_t number) {
     Message& message = messages_[number];
@@ -184,7 +116,7 @@ class PartSimulation {
       }
       case Matter::kUnit:
         units_[message.to].push_back(message.unit);
-        free_messages_.push_back(number);
+        messages_.end(number);
         begin_units(message.to);
         break;
       case Matter::kResult:
@@ -217,7 +149,7 @@ class PartSimulation {
       }
       ++held_[rank];
       dealing_.serve(cores_.now(), 0.5 * costs_.unit_seconds);
-      const std::uint32_t message = new_message(
+      const std::uint32_t message = messages_.add(
           Matter::kUnit, 0, rank, unit->first == 0 ? 0.0 : static_cast<double>(unit->pixels() * picture_.pixel_bytes));
       messages_[message].unit = *unit;
       post(message);
@@ -230,7 +162,7 @@ class PartSimulation {
     dealer_.take(message.from, message.unit, message.took);
     --held_[message.from];
     hungry_.insert(message.from);
-    free_messages_.push_back(number);
+    messages_.end(number);
     deal();
   }
 
@@ -250,23 +182,10 @@ class PartSimulation {
       worker.unit = units_[rank].front();
       units_[rank].pop_front();
       worker.began = cores_.now();
-      worker.waves = waves_of(worker.unit);
+      worker.waves = waves_of(picture_, worker.unit, run_.wave_paths);
       worker.wave = worker.call = 0;
       begin_call(i);
     }
-  }
-
-  std::vector<Wave> waves_of(const PictureUnit& unit) const {
-    const tools::PictureGrid& grid = picture_.grid;
-    std::vector<Wave> waves;
-    const std::uint32_t first = unit.top / grid.tile * grid.columns() + unit.left / grid.tile;
-    for (std::uint32_t x = 0; x * grid.tile < unit.width; ++x) {
-      const double paths = static_cast<double>(grid.unit(first + x, 1, 0, 1).pixels()) * unit.steps;
-      const double count = std::ceil(paths / run_.wave_paths);
-      const PathCalls& calls = picture_.calls[picture_.calls_of_tile[first + x]];
-      waves.insert(waves.end(), static_cast<std::size_t>(count), Wave{&calls, paths / count / calls.paths});
-    }
-    return waves;
   }
 
   void begin_call(std::uint32_t number) {
@@ -321,7 +240,7 @@ class PartSimulation {
       const Message& message = messages_[number];
       credit_of(worker.rank, message.from) += message.rays;
       for (const Walk& walks : message.walks) walk(worker, {walks.tours, walks.at + 1, walks.rays});
-      free_messages_.push_back(number);
+      messages_.end(number);
     }
     // Others may wait for this credit.
     for (std::uint32_t i = first_worker(worker.rank); i < first_worker(worker.rank + 1); ++i)
@@ -367,7 +286,7 @@ class PartSimulation {
         ++at;
         continue;
       }
-      const std::uint32_t to = new_message(Matter::kQuestion, worker.rank, owner, 0.0);
+      const std::uint32_t to = messages_.add(Matter::kQuestion, worker.rank, owner, 0.0);
       Message& message = messages_[to];
       message.worker = number;
       while (!walks.empty() && credit >= 1.0) {
@@ -412,8 +331,8 @@ class PartSimulation {
     worker.call = 0;
     if (++worker.wave < worker.waves.size()) return begin_call(number);
     worker.phase = Phase::kIdle;
-    const std::uint32_t message =
-        new_message(Matter::kResult, worker.rank, 0, static_cast<double>(worker.unit.pixels() * picture_.pixel_bytes));
+    const std::uint32_t message = messages_.add(Matter::kResult, worker.rank, 0,
+                                                static_cast<double>(worker.unit.pixels() * picture_.pixel_bytes));
     messages_[message].unit = worker.unit;
     messages_[message].took = cores_.now() - worker.began;
     const unsigned rank = worker.rank;
@@ -438,8 +357,7 @@ class PartSimulation {
   double slower_;      ///< Cores are, since they also look for messages.
   unsigned per_rank_;  ///< Workers.
   std::vector<Worker> workers_;
-  std::vector<Message> messages_;
-  std::vector<std::uint32_t> free_messages_;
+  MessagePool messages_;
   SimulatedPartRun result_;
 };
 
