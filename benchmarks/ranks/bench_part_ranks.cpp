@@ -187,7 +187,7 @@ build::Result<MeasuredPicture> measure_picture(tools::RenderCommand& command, co
 
 int predict(const CommandLine& line, const std::string& command, const std::optional<MessageCosts>& wire) {
   const auto counts = parse_ranks(line.ranks, 10'000);
-  if (!counts) return fail("--ranks: expected numbers from 1 to 10000", kUsage);
+  if (!counts) return fail(counts.error().message, kUsage);
   Words words;
   if (const std::string error = words.parse(line.words); !error.empty()) return fail("--bvhrender: " + error, kUsage);
   const auto scene = tools::read_part_scene(words.command);

@@ -126,7 +126,7 @@ std::string to_table(const std::vector<Row>& rows) {
 /// @param message_seconds as measured; nothing: the flag's.
 int measure(const CommandLine& line, const std::string& command, std::optional<double> message_seconds) {
   const auto ranks = parse_ranks(line.ranks, 100'000);
-  if (!ranks) return fail("--ranks: expected numbers from 1 to 100000", kUsage);
+  if (!ranks) return fail(ranks.error().message, kUsage);
   const auto file = open_scene(line.bvh);
   if (!file) return fail(file.error().message, kFailure);
   const auto camera = load_camera(line, *file);

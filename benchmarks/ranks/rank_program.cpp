@@ -5,11 +5,14 @@
 
 namespace hiprt::bench {
 
-std::optional<std::vector<unsigned>> parse_ranks(const std::vector<std::string>& words, unsigned most) {
+build::Result<std::vector<unsigned>> parse_ranks(const std::vector<std::string>& words, unsigned most) {
   std::vector<unsigned> ranks;
   for (const std::string& word : words) {
     const auto number = tools::parse_integer(word);
-    if (!number || *number < 1 || *number > most) return std::nullopt;
+    if (!number || *number < 1 || *number > most) {
+      return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
+                                         "--ranks=" + word + ": expected numbers from 1 to " + std::to_string(most)});
+    }
     ranks.push_back(static_cast<unsigned>(*number));
   }
   return ranks;

@@ -5,7 +5,6 @@
 #include <tools/distributed/ranks.h>
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +13,9 @@ namespace hiprt::bench {
 /// Exit status of these programs.
 inline constexpr int kFailure = 1, kUsage = 2;
 
-/// @return the numbers of ranks; nothing if a word is no number from 1 to @p most.
-std::optional<std::vector<unsigned>> parse_ranks(const std::vector<std::string>& words, unsigned most);
+/// @param words of --ranks.
+/// @return the numbers of ranks; kInvalidInput if a word is no number from 1 to @p most.
+build::Result<std::vector<unsigned>> parse_ranks(const std::vector<std::string>& words, unsigned most);
 
 /// Runs a program that mpirun may have started.
 /// @param fail prints an error and returns the status that it is given.
