@@ -68,12 +68,13 @@ assert swarm["instances"]["moving"] == 10_000 and still["instances"]["moving"] =
 PYTHON
 
 part_ranks=$build/benchmarks/ranks/bench_part_ranks
+mkdir "$work/parts"
 expect 0 "" "$build/tools/bvhbuild" "$work/scenes/swarm_still.json" --parts 2 -o "$work/parts/swarm.json"
 expect 0 "| 64 " "$part_ranks" "--bvhrender=$work/parts/swarm.json --integrator path --size 32x32 --spp 4" --steps=1 \
   --ranks=2,64 "--json=$work/part_ranks.json"
 expect 2 "--bvhrender=WORDS is missing" "$part_ranks"
 expect 2 "--ranks=10001: expected numbers from 1 to 10000" "$part_ranks" --bvhrender=none.json --ranks=10001
-expect 1 "none.json: cannot be" "$part_ranks" "--bvhrender=$work/none.json"
+expect 1 "cannot open '$work/none.json'" "$part_ranks" "--bvhrender=$work/none.json --integrator path"
 large=$source/large_scenes.py
 expect 0 "" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/large" --scene hair,swarm \
   --size 32x18 --spp 1

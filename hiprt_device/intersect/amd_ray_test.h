@@ -63,11 +63,14 @@ struct Descriptor {
   HIPRT_HD HIPRT_FORCE_INLINE Descriptor(const std::byte* base, std::uint64_t units) {
     constexpr std::uint64_t kSizeMask = (std::uint64_t{1} << 42) - 1;
     constexpr std::uint32_t kSort = 1u << 31, kBarycentrics = 1u << 24, kRayResource = 8u << 28;
-    const std::uint64_t origin = reinterpret_cast<std::uintptr_t>(base) >> 8, last = (units - 1) & kSizeMask;
-    word[0] = static_cast<std::uint32_t>(origin);
-    word[1] = static_cast<std::uint32_t>(origin >> 32) | kBoxGrowth << 23 | kSort;
+    const std::uint64_t last = (units - 1) & kSizeMask;
+    word[0] = first_word(base);
+    word[1] = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(base) >> 40) | kBoxGrowth << 23 | kSort;
     word[2] = static_cast<std::uint32_t>(last);
     word[3] = static_cast<std::uint32_t>(last >> 32) | kBarycentrics | kRayResource;
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE static std::uint32_t first_word(const std::byte* base) {
+    return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(base) >> 8);
   }
 
  private:
@@ -117,6 +120,7 @@ HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(std::uint64_t pointer, const Vec3
 
 #else
 
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t same_in_wave(std::uint32_t value) { return value; }
 template <class Lanes>
 HIPRT_HD HIPRT_FORCE_INLINE Words intersect(const Descriptor&, NodeRef, const Vec3&, const Vec3&,
                                             const RaySlabs<Lanes>&, float) {
@@ -234,14 +238,19 @@ HIPRT_HD HIPRT_FORCE_INLINE SortedChildren sorted_by_slabs(const SceneView& scen
 /// tested by slabs in software. So are all rays in files without widened boxes.
 /// @tparam kOneScene whether all lanes of a wave trace the same scene. That saves two instructions per node.
 template <bool kOneScene> struct BasicHardwareBoxes : Conservative {
-  /// Whether a ray needs the test in software.
   struct Choice {
-    bool by_slabs;
+    /// All bits: the ray needs the test in software. 0: it does not.
+    std::uint32_t rare;
+    /// Of the instruction's descriptor, if kOneScene. Computed at each node it would be moved to a scalar register each
+    /// time.
+    std::uint32_t first_word = 0;
 
     HIPRT_HD HIPRT_FORCE_INLINE Choice(const SceneView& scene, const Vec3& origin) {
       const Extents of(origin, scene.bounds);
       // A NaN chooses the slabs.
-      by_slabs = !(needed_box_margin(of.reach, of.magnitude + max_component(origin)) <= scene.box_margin);
+      rare = needed_box_margin(of.reach, of.magnitude + max_component(origin)) <= scene.box_margin ? 0u : ~0u;
+      using namespace ray_instruction_detail;
+      if constexpr (kOneScene) first_word = same_in_wave(Descriptor::first_word(scene.base));
     }
   };
 
@@ -251,19 +260,28 @@ template <bool kOneScene> struct BasicHardwareBoxes : Conservative {
   HIPRT_HD static HIPRT_FORCE_INLINE SortedChildren intersect(const SceneView& scene, NodeRef node, const Ray& ray,
                                                               const RaySlabs<Lanes>& slabs, const Choice& choice,
                                                               float limit) {
-    ray_instruction_detail::require_instruction<Lanes>();
+    SortedChildren sorted = intersect_usual<Layout>(scene, node, ray, slabs, choice, limit);
+    if (choice.rare != 0) [[unlikely]]
+      sorted = sorted_by_slabs<Layout>(scene, node, ray, slabs, limit);
+    return sorted;
+  }
+
+  /// The same for rays that are not rare.
+  template <RayInstructionLayout Layout, class Lanes>
+  HIPRT_HD static HIPRT_FORCE_INLINE SortedChildren intersect_usual(const SceneView& scene, NodeRef node,
+                                                                    const Ray& ray, const RaySlabs<Lanes>& slabs,
+                                                                    const Choice& choice, float limit) {
     using namespace ray_instruction_detail;
+    require_instruction<Lanes>();
     Words met;
     if constexpr (kOneScene) {
-      const Descriptor descriptor(scene.base, scene.size / kNodeGranularity);
+      Descriptor descriptor(scene.base, scene.size / kNodeGranularity);
+      descriptor.word[0] = choice.first_word;
       met = ray_instruction_detail::intersect(descriptor, node, ray.origin, ray.direction, slabs, limit);
     } else {
       met = intersect_at(pointer_to(scene.base) + node, ray.origin, ray.direction, slabs, limit);
     }
-    SortedChildren sorted{{met.word[0], met.word[1], met.word[2], met.word[3]}};
-    if (choice.by_slabs) [[unlikely]]
-      sorted = sorted_by_slabs<Layout>(scene, node, ray, slabs, limit);
-    return sorted;
+    return {{met.word[0], met.word[1], met.word[2], met.word[3]}};
   }
 };
 

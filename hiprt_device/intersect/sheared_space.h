@@ -23,9 +23,9 @@ template <class Lanes> struct ShearedRay {
     const Real dz = component(ray.direction, z);
     sx = Lanes::uniform(divided(component(ray.direction, x()), dz));
     sy = Lanes::uniform(divided(component(ray.direction, y()), dz));
-    ox = Lanes::uniform(component(ray.origin, x()));
-    oy = Lanes::uniform(component(ray.origin, y()));
-    oz = Lanes::uniform(component(ray.origin, z));
+    ox = Lanes::uniform(component_by_choice(ray.origin, x()));
+    oy = Lanes::uniform(component_by_choice(ray.origin, y()));
+    oz = Lanes::uniform(component_by_choice(ray.origin, z));
   }
   /// The other axes, 1, 2, 0 and 2, 0, 1 for z = 0, 1, 2, with two bits each.
   HIPRT_HD HIPRT_FORCE_INLINE unsigned x() const { return 0b00'10'01u >> 2 * z & 3u; }
@@ -33,6 +33,11 @@ template <class Lanes> struct ShearedRay {
   /// Selects a component. Indexing a vector at run time would move it to memory on a GPU.
   HIPRT_HD static HIPRT_FORCE_INLINE Real component(const BasicVec3<Real>& v, unsigned axis) {
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+  }
+  /// The same in code without branches, which clang makes of component() for AMD. Kernels with no such branch at all
+  /// need more registers there.
+  HIPRT_HD static HIPRT_FORCE_INLINE Real component_by_choice(const BasicVec3<Real>& v, unsigned axis) {
+    return choose(axis == 0, v.x, choose(axis == 1, v.y, v.z));
   }
 };
 
@@ -102,6 +107,14 @@ requires(Lanes::kScalar) class EdgeSigns<Lanes> {
   using Real = typename Lanes::Scalar;
   HIPRT_HD HIPRT_FORCE_INLINE bool meets(const Real (&edge)[3]) const {
     const Real least = uncertainty_, most = -uncertainty_;
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+    // AMD has the extreme of three numbers in one instruction. It ignores NaNs, as the comparisons do.
+    if constexpr (std::is_same_v<Real, float>) {
+      const bool positive = larger(larger(edge[0], edge[1]), edge[2]) > least;
+      const bool negative = smaller(smaller(edge[0], edge[1]), edge[2]) < most;
+      return !(positive & negative);
+    }
+#endif
     const bool positive = (edge[0] > least) | (edge[1] > least) | (edge[2] > least);
     const bool negative = (edge[0] < most) | (edge[1] < most) | (edge[2] < most);
     return !(positive & negative);

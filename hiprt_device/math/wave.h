@@ -44,6 +44,17 @@ HIPRT_HD HIPRT_FORCE_INLINE LaneMask wave_ballot(bool condition) {
 #endif
 }
 
+/// For a branch that does no harm to lanes that do not need it.
+/// @return on AMD whether the condition holds for any lane: the wave then branches as a whole, without saving and
+/// restoring its mask of lanes. Elsewhere the condition.
+HIPRT_HD HIPRT_FORCE_INLINE bool needed_by_a_lane(bool condition) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return __ballot(condition) != 0;
+#else
+  return condition;
+#endif
+}
+
 /// Every lane of a wave.
 inline constexpr LaneMask kWholeWave = ~LaneMask{0};
 

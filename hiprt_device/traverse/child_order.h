@@ -206,12 +206,11 @@ struct Unordered {
 struct AsTested {
   using Entry = NodeRef;
 
-  /// @pre sorted.child[0] != kInvalidRef
+  /// @param limit of pop(), if no child is met.
   template <class Backtrack>
-  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const SortedChildren& sorted, Backtrack& backtrack) {
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const SortedChildren& sorted, Backtrack& backtrack, float limit) {
     static_assert(!Backtrack::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children in a known order");
-    if (!backtrack.later_sorted(sorted.child)) return kOverflowRef;
-    return backtrack.follow(sorted.child[0]);
+    return backtrack.next_sorted(sorted.child, limit);
   }
 };
 
@@ -229,11 +228,12 @@ concept DistanceOrder = LeavesEntries<T> && requires(const NodeRef (&child)[kBra
   { T::next(child, hits, backtrack) } -> std::same_as<NodeRef>;
 };
 
-/// An order of children that the box test has sorted. next() is like that of a DistanceOrder.
+/// An order of children that the box test has sorted. next() is like that of a DistanceOrder. If no child is met it
+/// returns what backtrack.pop(limit) does.
 template <class T, class Stack>
 concept SortedOrder = LeavesEntries<T> &&
-    requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& backtrack) {
-  { T::next(sorted, backtrack) } -> std::same_as<NodeRef>;
+    requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& backtrack, float limit) {
+  { T::next(sorted, backtrack, limit) } -> std::same_as<NodeRef>;
 };
 
 /// The requirement of Policies::ClosestOrder and Policies::AnyOrder.

@@ -7,6 +7,7 @@
 #include <hiprt_device/instances/levels.h>
 #include <hiprt_device/instances/moving_box.h>
 #include <hiprt_device/intersect/box_ray.h>
+#include <hiprt_device/math/wave.h>
 #include <hiprt_device/traverse/child_order.h>
 #include <hiprt_device/traverse/policies.h>
 
@@ -111,6 +112,15 @@ template <PolicySet P, class Order, class Test> class RayState {
 
   /// Whether a register keeps where the file begins. With levels one does in any case.
   static constexpr bool kKeepsBase = !kHasLevels && P::kViewInMemory;
+
+  /// Whether most steps can leave out what few rays need: boxes that are tested in software, and stack entries beyond
+  /// fast memory.
+  static constexpr bool kHasUsualStep =
+      kTestSorts && std::is_same_v<Order, AsTested> && requires(const RayState& state) {
+    state.backtrack_.is_usual(state.choice_.rare);
+  };
+  /// The same for all lanes of a wave.
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_usual() const { return !needed_by_a_lane(!backtrack_.is_usual(choice_.rare)); }
 
   /// First byte of the file that the ray is in.
   HIPRT_HD HIPRT_FORCE_INLINE const std::byte* base(const SceneView& scene) const {

@@ -33,7 +33,7 @@ struct NoStop {};
 template <PolicySet P, class Order, bool kResumable, class Test = typename P::Triangle>
 class Traversal : public RayState<P, Order, Test> {
   using State = RayState<P, Order, Test>;
-  using State::kHasLevels, State::kObserved, State::kTestSorts;
+  using State::kHasLevels, State::kHasUsualStep, State::kObserved, State::kTestSorts;
   using State::levels_, State::boxes_, State::slabs_, State::prepared_, State::tmin_, State::backtrack_, State::node_,
       State::leaf_, State::skip_, State::choice_;
 
@@ -139,7 +139,19 @@ class Traversal : public RayState<P, Order, Test> {
   HIPRT_HD HIPRT_FORCE_INLINE void find_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
                                              typename P::Counter& counter) {
     while (is_box(node_)) {
-      node_ = visit_boxes(scene, ray, limit, counter);
+      if constexpr (kHasUsualStep) {
+        if (this->is_usual()) [[likely]] {
+          // A loop of its own: joined with the other step it would copy registers. A lane that needs the other step
+          // waits for the others.
+          for (bool go_on = true; go_on;) {
+            node_ = visit_usual(scene, ray, limit, counter);
+            const bool usual = backtrack_.is_usual(choice_.rare);
+            go_on = is_box(node_) & usual;
+          }
+          continue;
+        }
+      }
+      node_ = visit_any(scene, ray, limit, counter);
       if (kHasLevels && node_ == kExitRef) this->leave_instances(scene, ray, limit, counter);
     }
     leaf_ = node_;
@@ -176,12 +188,31 @@ class Traversal : public RayState<P, Order, Test> {
   /// Tests the boxes of node_. @return the node to visit next.
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_boxes(const SceneView& scene, const QueryRay& ray, Real limit,
                                                   typename P::Counter& counter) {
+    if constexpr (kHasUsualStep)
+      if (this->is_usual()) [[likely]]
+        return visit_usual(scene, ray, limit, counter);
+    return visit_any(scene, ray, limit, counter);
+  }
+
+  /// visit_boxes() where is_usual().
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_usual(const SceneView& scene, const QueryRay& ray, Real limit,
+                                                  typename P::Counter& counter) {
+    counter.on_boxes();
+    const NodeRef top = backtrack_.top();
+    const SortedChildren met = P::Boxes::template intersect_usual<Layout>(scene, node_, boxes_.ray(ray.get()), slabs_,
+                                                                          choice_, boxes_.far_end(limit));
+    return backtrack_.next_usual(met.child, top);
+  }
+
+  /// visit_boxes() anywhere.
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_any(const SceneView& scene, const QueryRay& ray, Real limit,
+                                                typename P::Counter& counter) {
     counter.on_boxes();
     const float far_end = boxes_.far_end(limit);
     if constexpr (kTestSorts) {
       const SortedChildren met =
           P::Boxes::template intersect<Layout>(scene, node_, boxes_.ray(ray.get()), slabs_, choice_, far_end);
-      return met.child[0] == kInvalidRef ? backtrack_.pop(far_end) : Order::next(met, backtrack_);
+      return Order::next(met, backtrack_, far_end);
     } else {
       return visit_slabs(scene, far_end, counter);
     }

@@ -5,6 +5,7 @@
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/traverse/stacks/tiered.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/explain.h>
 #include <tests/traversal/scenes.h>
@@ -24,7 +25,12 @@ template <bool kAlways> struct WorstInstruction : HardwareBoxes {
   template <RayInstructionLayout Layout, class Lanes>
   static SortedChildren intersect(const SceneView& scene, NodeRef ref, const Ray& ray, const RaySlabs<Lanes>& slabs,
                                   const Choice& choice, float limit) {
-    if (!kAlways && choice.by_slabs) return sorted_by_slabs<Layout>(scene, ref, ray, slabs, limit);
+    if (!kAlways && choice.rare != 0) return sorted_by_slabs<Layout>(scene, ref, ray, slabs, limit);
+    return intersect_usual<Layout>(scene, ref, ray, slabs, choice, limit);
+  }
+  template <RayInstructionLayout Layout, class Lanes>
+  static SortedChildren intersect_usual(const SceneView& scene, NodeRef ref, const Ray& ray,
+                                        const RaySlabs<Lanes>& slabs, const Choice&, float limit) {
     const auto& node = *reinterpret_cast<const typename Layout::Node*>(scene.base + ref_offset(ref));
     SortedChildren sorted{{kInvalidRef, kInvalidRef, kInvalidRef, kInvalidRef}};
     unsigned count = 0;
@@ -58,6 +64,20 @@ template <class LayoutType, bool kAlways = false> struct Modelled : Policies {
   using ClosestOrder = AsTested;
   using AnyOrder = AsTested;
 };
+
+/// With a stack that has short steps (StackBacktrack::is_usual()), in memory so small that many steps are long.
+template <class LayoutType> struct ModelledTiered : Modelled<LayoutType> { using Stack = TieredStack<3>; };
+
+/// Calls use(storage...) with what the queries of P need besides scene and ray.
+template <class P, class Use> auto with_stack(Use&& use) {
+  if constexpr (requires { P::Stack::kEntriesPerThread; }) {
+    StackEntry shared[P::Stack::kEntriesPerThread];
+    typename P::Stack::Memory memory;
+    return use(typename P::Stack::Storage(shared, 0, 1, memory));
+  } else {
+    return use();
+  }
+}
 
 struct Sum {
   std::uint64_t rays = 0, hits = 0, by_slabs = 0, different = 0;
@@ -96,11 +116,13 @@ template <class P> Sum compare(const Scene& scene, const Closed& closed, unsigne
   Sum sum;
   for (unsigned i = 0; i < rays; ++i) {
     const Ray ray = any_ray(closed, random);
-    const Hit expected = closest_hit<Software>(scene.traced, ray), hit = closest_hit<P>(scene.traced, ray);
-    const bool any = any_hit<P>(scene.traced, ray).found();
+    const Hit expected = closest_hit<Software>(scene.traced, ray);
+    const Hit hit = with_stack<P>([&](const auto&... stack) { return closest_hit<P>(scene.traced, ray, stack...); });
+    const bool any =
+        with_stack<P>([&](const auto&... stack) { return any_hit<P>(scene.traced, ray, stack...).found(); });
     ++sum.rays;
     sum.hits += expected.found() ? 1 : 0;
-    sum.by_slabs += HardwareBoxes::Choice(scene.traced, ray.origin).by_slabs ? 1 : 0;
+    sum.by_slabs += HardwareBoxes::Choice(scene.traced, ray.origin).rare != 0 ? 1 : 0;
     if (same_hit(expected, hit) && any == expected.found()) continue;
     if (sum.different++ == 0) sum.first = describe(ray);
   }
@@ -131,6 +153,7 @@ TEST_CASE("widened boxes: the ray instruction at its worst finds the software's 
         const Sum sum = compare<Modelled<FloatLayout>>(scene, closed, kRays);
         INFO(sum.first);
         CHECK(sum.different == 0);
+        CHECK(compare<ModelledTiered<FloatLayout>>(scene, closed, kRays).different == 0);
         rays += sum.rays, hits += sum.hits, by_slabs += sum.by_slabs;
       }
     }

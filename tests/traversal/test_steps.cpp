@@ -64,30 +64,52 @@ template <unsigned kShared, unsigned kEntries, class Entry> void check_tiered_ro
   }
 }
 
-/// Children as the ray instruction sorts them, pushed and popped at random beside a vector.
+/// The next node by the short step, where it is usual and @p may_be_short, or by the long one.
+template <class Backtrack>
+NodeRef next_sorted(Backtrack& backtrack, const NodeRef (&child)[kBranching], bool may_be_short,
+                    unsigned& short_steps) {
+  if constexpr (requires { backtrack.is_usual(0u); }) {
+    REQUIRE_FALSE(backtrack.is_usual(~0u));
+    if (may_be_short && backtrack.is_usual(0u)) {
+      ++short_steps;
+      return backtrack.next_usual(child, backtrack.top());
+    }
+  }
+  return backtrack.next_sorted(child, std::numeric_limits<float>::infinity());
+}
+
+/// Nodes whose children are sorted, with random numbers of them, beside a vector.
 /// @param capacity of the stack. @param most references that its memory holds: a tiered stack may have more.
+/// @return number of short steps (StackBacktrack::is_usual()).
 template <class Stack>
-void check_sorted(const typename Stack::Storage& storage, unsigned capacity, unsigned most, Random& random) {
+unsigned check_sorted(const typename Stack::Storage& storage, unsigned capacity, unsigned most, Random& random) {
   CAPTURE(capacity, most);
   BacktrackOf<Stack, NodeRef> backtrack(storage, NodeRef{8});
   std::vector<NodeRef> expected;
-  NodeRef next = 16;
-  for (unsigned step = 0; step < 2000; ++step) {
-    const std::size_t others = random.below(kBranching);
+  NodeRef number = 16;
+  unsigned short_steps = 0;
+  for (unsigned step = 0; step < 4000; ++step) {
+    // In turn the stack mostly grows and mostly shrinks. It is often empty, and often full.
+    const bool grows = step / 50 % 2 == 0;
+    const std::size_t children = random.below(4) == 0 ? random.below(kBranching + 1) : grows ? kBranching : 0;
     NodeRef child[kBranching];
-    for (unsigned i = 0; i < kBranching; ++i) child[i] = i <= others ? next++ : kInvalidRef;
-    const bool pushed = random.below(3) != 0 && backtrack.later_sorted(child);
-    if (pushed) {
-      REQUIRE(expected.size() + others <= most);
-      for (std::size_t i = others; i > 0; --i) expected.push_back(child[i]);
-    } else {
-      // A stack may only be full where the most that a node leaves would not fit.
-      if (expected.size() + kMostPushed <= capacity) REQUIRE(backtrack.reserve());
-      const float anywhere = std::numeric_limits<float>::infinity();
-      REQUIRE(backtrack.pop(anywhere) == (expected.empty() ? kInvalidRef : expected.back()));
+    for (unsigned i = 0; i < kBranching; ++i) child[i] = i < children ? number++ : kInvalidRef;
+    const bool has_room = expected.size() + kMostPushed <= capacity;
+    REQUIRE(backtrack.reserve() == has_room);
+    const NodeRef next = next_sorted(backtrack, child, random.coin(), short_steps);
+    if (children == 0) {
+      REQUIRE(next == (expected.empty() ? kInvalidRef : expected.back()));
       if (!expected.empty()) expected.pop_back();
+    } else if (next == kOverflowRef) {
+      REQUIRE_FALSE(has_room);
+    } else {
+      REQUIRE(next == child[0]);
+      REQUIRE(expected.size() + children - 1 <= most);
+      for (std::size_t i = children - 1; i > 0; --i) expected.push_back(child[i]);
     }
+    REQUIRE(backtrack.empty() == expected.empty());
   }
+  return short_steps;
 }
 
 template <unsigned kShared, unsigned kEntries> void check_tiered_sorted(Random& random) {
@@ -96,7 +118,9 @@ template <unsigned kShared, unsigned kEntries> void check_tiered_sorted(Random& 
   constexpr unsigned kThreads = 3;
   std::vector<StackEntry> block(kThreads * kShared);
   typename Stack::Memory memory;
-  check_sorted<Stack>({block.data(), 1, kThreads, memory}, kEntries, std::max(kEntries, 2 * kShared), random);
+  const unsigned short_steps =
+      check_sorted<Stack>({block.data(), 1, kThreads, memory}, kEntries, std::max(kEntries, 2 * kShared), random);
+  CHECK((short_steps > 0) == (2 * kShared > kMostPushed));
 }
 
 struct Counting : Policies {

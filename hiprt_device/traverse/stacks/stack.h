@@ -90,6 +90,12 @@ typename T::Storage > &&StackOf<typename T::template Of<NodeRef>, NodeRef, typen
 /// - follow(): for the nearest child. It returns the node to visit next.
 /// - pop(): when a branch is done. It returns the next node no farther than limit, or kInvalidRef at the end.
 template <class Stack, class Entry> class StackBacktrack {
+  static constexpr bool kHasUsual =
+      requires(typename Stack::template Of<Entry> stack, const NodeRef (&child)[kBranching]) {
+    stack.is_usual(0u);
+    stack.next_usual(child, stack.top());
+  };
+
  public:
   /// Whether children at the same distance must come in the same order at every visit of their node.
   static constexpr bool kNeedsStableOrder = false;
@@ -107,18 +113,25 @@ template <class Stack, class Entry> class StackBacktrack {
     else
       each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { stack_.push(entry); });
   }
-  /// reserve(), and later() for the children behind the first. kInvalidRef: no child. Stacks with a push_sorted() do it
-  /// themselves.
-  /// @return false is an overflow.
-  HIPRT_HD HIPRT_FORCE_INLINE bool later_sorted(const NodeRef (&child)[kBranching]) {
-    if constexpr (requires { stack_.push_sorted(child); }) {
-      return stack_.push_sorted(child);
-    } else {
-      if (!reserve()) return false;
-      for (unsigned i = kBranching - 1; i > 0; --i)
-        if (child[i] != kInvalidRef) later(child[i]);
-      return true;
-    }
+  /// The step behind a node whose children are sorted. kInvalidRef: no child.
+  /// @return the first child, and the others are left for later; what pop(limit) returns, if there is none; or
+  /// kOverflowRef.
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef next_sorted(const NodeRef (&child)[kBranching], float limit) {
+    if (child[0] == kInvalidRef) return pop(limit);
+    if (!reserve()) return kOverflowRef;
+    for (unsigned i = kBranching - 1; i > 0; --i)
+      if (child[i] != kInvalidRef) later(child[i]);
+    return follow(child[0]);
+  }
+  /// The same for a stack that can do it in fewer instructions as long as is_usual(). top() comes before the children
+  /// are known, so that its memory answers meanwhile.
+  /// @param rare 0, or all bits: never usual
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_usual(std::uint32_t rare) const requires(kHasUsual) {
+    return stack_.is_usual(rare);
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef top() const requires(kHasUsual) { return stack_.top(); }
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef next_usual(const NodeRef (&child)[kBranching], NodeRef top) requires(kHasUsual) {
+    return stack_.next_usual(child, top);
   }
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef pop(float limit) {

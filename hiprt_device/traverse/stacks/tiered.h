@@ -2,7 +2,9 @@
 /// A stack whose first entries are in a block's shared memory (LDS) and whose other entries are in the thread's own
 /// memory.
 
+#include <hiprt_device/intersect/candidate.h>
 #include <hiprt_device/math/memory.h>
+#include <hiprt_device/math/wave.h>
 #include <hiprt_device/traverse/stacks/stack.h>
 
 namespace hiprt {
@@ -58,39 +60,24 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
           own_(storage.own) {
       store_shared(shared_, 0, bottom_entry<Entry>());
     }
-    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return top_ + kMostPushed <= kEntries; }
     HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) {
-      if (size_ < kInShared)
-        store_shared(shared_, size_ * threads_, entry);
+      ++top_;
+      if (top_ < kInShared)
+        store_shared(shared_, top_ * threads_, entry);
       else
-        own_[size_ - kInShared] = entry;
-      ++size_;
+        own_[top_ - kInShared] = entry;
     }
     /// Checks once for all entries of a node: mostly they fit in shared memory.
     template <class Each> HIPRT_HD HIPRT_FORCE_INLINE void push_some(Each&& each) {
-      if (size_ + kMostPushed <= kInShared)
-        each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { store_shared(shared_, size_++ * threads_, entry); });
+      if (top_ + kMostPushed < kInShared)
+        each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { store_shared(shared_, ++top_ * threads_, entry); });
       else
         each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { push(entry); });
     }
-    /// As StackBacktrack::later_sorted(). Has no branch per child where all fit in shared memory.
-    HIPRT_HD HIPRT_FORCE_INLINE bool push_sorted(
-        const NodeRef (&child)[kBranching]) requires std::same_as<Entry, NodeRef> {
-      if (size_ + kMostPushed <= kInShared) {
-        for (unsigned i = kBranching - 1; i > 0; --i) {
-          store_shared(shared_, size_ * threads_, child[i]);
-          size_ += child[i] != kInvalidRef ? 1 : 0;
-        }
-        return true;
-      }
-      if (!has_room()) return false;
-      for (unsigned i = kBranching - 1; i > 0; --i)
-        if (child[i] != kInvalidRef) push(child[i]);
-      return true;
-    }
     HIPRT_HD HIPRT_FORCE_INLINE Entry pop() {
-      const unsigned top = size_ - 1;
-      size_ = top > 1 ? top : 1;
+      const unsigned top = top_;
+      top_ = top > 1 ? top - 1 : 0;
       if constexpr (kReadsSharedAlways) {
         Entry entry = load_shared(shared_, (top < kInShared ? top : kInShared - 1) * threads_);
         if (top >= kInShared) [[unlikely]]
@@ -101,7 +88,28 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
         return static_cast<Entry>(own_[top - kInShared]);
       }
     }
-    HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 1; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return top_ == 0; }
+
+    // See StackBacktrack::is_usual(): everything is in shared memory, and no lane branches by itself.
+
+    HIPRT_HD HIPRT_FORCE_INLINE bool is_usual(std::uint32_t rare) const requires std::same_as<Entry, NodeRef> {
+      return (top_ | rare) < kUsual;
+    }
+    HIPRT_HD HIPRT_FORCE_INLINE NodeRef top() const requires std::same_as<Entry, NodeRef> {
+      return load_shared(shared_, top_ * threads_);
+    }
+    HIPRT_HD HIPRT_FORCE_INLINE NodeRef next_usual(const NodeRef (&child)[kBranching],
+                                                   NodeRef top) requires std::same_as<Entry, NodeRef> {
+      const bool pops = child[0] == kInvalidRef;
+      const unsigned popped = pops ? 1 : 0;
+      top_ = top_ > popped ? top_ - popped : 0;
+      if (needed_by_a_lane(child[1] != kInvalidRef))
+        for (unsigned i = kBranching - 1; i > 0; --i) {
+          store_shared(shared_ + threads_, top_ * threads_, child[i]);
+          top_ += child[i] != kInvalidRef ? 1 : 0;
+        }
+      return choose(pops, top, child[0]);
+    }
 
    private:
     /// On AMD a branch costs more instructions than a load from shared memory.
@@ -111,10 +119,13 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
     static constexpr bool kReadsSharedAlways = false;
 #endif
 
+    /// All children of a node fit in shared memory if the top is below this number.
+    static constexpr unsigned kUsual = kInShared > kMostPushed ? kInShared - kMostPushed : 0;
+
     Entry* shared_;
     unsigned threads_;
     StackEntry* own_;
-    unsigned size_ = 1;  ///< Includes the bottom entry.
+    unsigned top_ = 0;  ///< The number of the entry on top. 0 is the bottom.
   };
 };
 
