@@ -107,8 +107,9 @@ requires(Lanes::kScalar) class EdgeSigns<Lanes> {
   using Real = typename Lanes::Scalar;
   HIPRT_HD HIPRT_FORCE_INLINE bool meets(const Real (&edge)[3]) const {
     const Real least = uncertainty_, most = -uncertainty_;
-#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
-    // AMD has the extreme of three numbers in one instruction. It ignores NaNs, as the comparisons do.
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__) && !defined(__GFX9__)
+    // AMD has the extreme of three numbers in one instruction. It ignores NaNs, as the comparisons do. On gfx9 clang 21
+    // would use four registers more.
     if constexpr (std::is_same_v<Real, float>) {
       const bool positive = larger(larger(edge[0], edge[1]), edge[2]) > least;
       const bool negative = smaller(smaller(edge[0], edge[1]), edge[2]) < most;

@@ -14,6 +14,13 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// Whether most steps can leave out what few rays need: boxes that are tested in software, and stack entries beyond
+/// fast memory.
+template <class Boxes, class Backtrack>
+concept HasUsualStep = requires(const Backtrack& backtrack, const typename Boxes::Choice& choice) {
+  backtrack.is_usual(choice.rare);
+};
+
 /// @tparam P, Order, Test as those of Traversal.
 template <PolicySet P, class Order, class Test> class RayState {
  public:
@@ -113,13 +120,9 @@ template <PolicySet P, class Order, class Test> class RayState {
   /// Whether a register keeps where the file begins. With levels one does in any case.
   static constexpr bool kKeepsBase = !kHasLevels && P::kViewInMemory;
 
-  /// Whether most steps can leave out what few rays need: boxes that are tested in software, and stack entries beyond
-  /// fast memory.
   static constexpr bool kHasUsualStep =
-      kTestSorts && std::is_same_v<Order, AsTested> && requires(const RayState& state) {
-    state.backtrack_.is_usual(state.choice_.rare);
-  };
-  /// The same for all lanes of a wave.
+      kTestSorts && std::is_same_v<Order, AsTested> && HasUsualStep<typename P::Boxes, Backtrack>;
+  /// Whether all lanes of a wave may take a usual step.
   HIPRT_HD HIPRT_FORCE_INLINE bool is_usual() const { return !needed_by_a_lane(!backtrack_.is_usual(choice_.rare)); }
 
   /// First byte of the file that the ray is in.
