@@ -178,7 +178,7 @@ build::Result<MeasuredPicture> measure_picture(tools::RenderCommand& command, co
   }
   measured.parcel = split(many, few);
   // Each ray's share of its parcel is in `parcel` now.
-  const double share = measured.parcel.ray * many.rays / many.seconds;
+  const double share = many.seconds > 0.0 ? measured.parcel.ray * many.rays / many.seconds : 0.0;
   for (PathCalls& calls : measured.picture.calls)
     for (TraceCall& call : calls.calls)
       for (PartVisits& visits : call.visits) visits.seconds *= share;

@@ -115,14 +115,6 @@ build::Result<PartPictureCosts> measure_parts(tools::PartsEngine& engine, const 
   return costs;
 }
 
-ParcelCosts split(const VisitSums& many, const VisitSums& few) {
-  // seconds = parcels * parcel + rays * ray, for both.
-  const double determinant = few.parcels * many.rays - many.parcels * few.rays;
-  const double parcel = (few.seconds * many.rays - many.seconds * few.rays) / determinant;
-  const double least = std::max(0.0, parcel);
-  return {least, std::max(0.0, many.seconds - least * many.parcels) / many.rays};
-}
-
 PartPictureCosts enlarged(const PartPictureCosts& measured, std::uint32_t width, std::uint32_t height,
                           std::uint32_t steps, unsigned workers) {
   PartPictureCosts costs = measured;

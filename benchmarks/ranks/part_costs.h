@@ -2,16 +2,12 @@
 /// What a picture of a scene in parts costs on this machine, and what messages with rays cost.
 
 #include "part_simulation.h"
+#include "visit_costs.h"
 
 #include <hiprt_build/error.h>
 #include <tools/cli/render/parts_engine.h>
 
 namespace hiprt::bench {
-
-/// Sums over all visits of some rays to parts.
-struct VisitSums {
-  double seconds = 0.0, rays = 0.0, parcels = 0.0;
-};
 
 /// Renders a few steps of every tile on one thread that has all parts, and notes which parts the rays visit. Times are
 /// processor time of this thread: other programs hardly change them.
@@ -20,13 +16,6 @@ struct VisitSums {
 /// @return the errors of PartWork::run(); kCancelled when interrupted() became true.
 build::Result<PartPictureCosts> measure_parts(tools::PartsEngine& engine, const tools::RenderCommand& command,
                                               std::uint32_t steps, VisitSums& visits);
-
-/// Seconds of a visit without rays, and of each ray. Together they explain both sums.
-/// @param many, few visits of the same rays in large and in small parcels.
-struct ParcelCosts {
-  double parcel, ray;
-};
-ParcelCosts split(const VisitSums& many, const VisitSums& few);
 
 /// The costs of another picture of the same view: larger, with more steps, and with tiles for so many workers.
 PartPictureCosts enlarged(const PartPictureCosts& measured, std::uint32_t width, std::uint32_t height,

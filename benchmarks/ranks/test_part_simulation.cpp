@@ -2,6 +2,7 @@
 
 #include "part_simulation.h"
 #include "rank_cores.h"
+#include "visit_costs.h"
 
 #include <tests/catch.h>
 
@@ -116,6 +117,24 @@ TEST_CASE("two cores share tasks, and one thread makes the calls of MPI") {
   }
   // One core has both messages and then two of the paths, the other one two paths.
   CHECK(done == std::vector{0.5, 1.0, 1.0, 2.0, 2.0, 3.0});
+}
+
+TEST_CASE("visits: two sums give the costs of parcels and rays, and are finite where they cannot") {
+  const auto sums = [](double parcels, double rays) { return VisitSums{2.0 * parcels + 0.5 * rays, rays, parcels}; };
+  const ParcelCosts costs = split(sums(10, 1000), sums(400, 1000));
+  CHECK(costs.parcel == Approx(2.0));
+  CHECK(costs.ray == Approx(0.5));
+  // The same parcels twice, with times that differ: nothing tells parcels from rays.
+  const ParcelCosts same = split({3.0, 100.0, 10.0}, {3.5, 100.0, 10.0});
+  CHECK(same.parcel == 0.0);
+  CHECK(same.ray == Approx(0.03));
+  // Smaller parcels that took less time: no cost is negative.
+  const ParcelCosts noise = split({3.0, 100.0, 10.0}, {2.0, 100.0, 40.0});
+  CHECK(noise.parcel == 0.0);
+  CHECK(noise.ray == Approx(0.03));
+  const ParcelCosts none = split({}, {});
+  CHECK(none.parcel == 0.0);
+  CHECK(none.ray == 0.0);
 }
 
 TEST_CASE("one rank takes the sum of all times, and sends nothing") {
