@@ -241,8 +241,7 @@ template <bool kOneScene> struct BasicHardwareBoxes : Conservative {
   struct Choice {
     /// All bits: the ray needs the test in software. 0: it does not.
     std::uint32_t rare;
-    /// Of the instruction's descriptor, if kOneScene. Computed at each node it would be moved to a scalar register each
-    /// time.
+    /// The descriptor's first word, if kOneScene. The compiler cannot tell that it is the same for all nodes and lanes.
     std::uint32_t first_word = 0;
 
     HIPRT_HD HIPRT_FORCE_INLINE Choice(const SceneView& scene, const Vec3& origin) {
@@ -266,7 +265,7 @@ template <bool kOneScene> struct BasicHardwareBoxes : Conservative {
     return sorted;
   }
 
-  /// The same for rays that are not rare.
+  /// intersect() for rays with choice.rare == 0. See HasUsualStep.
   template <RayInstructionLayout Layout, class Lanes>
   HIPRT_HD static HIPRT_FORCE_INLINE SortedChildren intersect_usual(const SceneView& scene, NodeRef node,
                                                                     const Ray& ray, const RaySlabs<Lanes>& slabs,

@@ -34,8 +34,8 @@ template <class Lanes> struct ShearedRay {
   HIPRT_HD static HIPRT_FORCE_INLINE Real component(const BasicVec3<Real>& v, unsigned axis) {
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
   }
-  /// The same in code without branches, which clang makes of component() for AMD. Kernels with no such branch at all
-  /// need more registers there.
+  /// component() without the branches that clang makes of it for AMD. Only origins use it: kernels without any branch
+  /// need more registers.
   HIPRT_HD static HIPRT_FORCE_INLINE Real component_by_choice(const BasicVec3<Real>& v, unsigned axis) {
     return choose(axis == 0, v.x, choose(axis == 1, v.y, v.z));
   }

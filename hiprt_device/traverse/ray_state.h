@@ -14,8 +14,9 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Whether most steps can leave out what few rays need: boxes that are tested in software, and stack entries beyond
-/// fast memory.
+/// Usual steps leave out what few rays need: boxes that are tested in software, and stack entries beyond shared memory.
+/// A box test has them if its Choice has `rare`, 0 or all bits. Then it must also have intersect_usual(), for rays with
+/// rare == 0.
 template <class Boxes, class Backtrack>
 concept HasUsualStep = requires(const Backtrack& backtrack, const typename Boxes::Choice& choice) {
   backtrack.is_usual(choice.rare);
@@ -122,7 +123,7 @@ template <PolicySet P, class Order, class Test> class RayState {
 
   static constexpr bool kHasUsualStep =
       kTestSorts && std::is_same_v<Order, AsTested> && HasUsualStep<typename P::Boxes, Backtrack>;
-  /// Whether all lanes of a wave may take a usual step.
+  /// Whether the next step is usual. On AMD: for every active lane.
   HIPRT_HD HIPRT_FORCE_INLINE bool is_usual() const { return !needed_by_a_lane(!backtrack_.is_usual(choice_.rare)); }
 
   /// First byte of the file that the ray is in.

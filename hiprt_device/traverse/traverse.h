@@ -141,8 +141,8 @@ class Traversal : public RayState<P, Order, Test> {
     while (is_box(node_)) {
       if constexpr (kHasUsualStep) {
         if (this->is_usual()) [[likely]] {
-          // A loop of its own: joined with the other step it would copy registers. A lane that needs the other step
-          // waits for the others.
+          // One loop for both steps would copy registers. A lane that needs visit_any() waits until the others have
+          // found their leaves.
           for (bool go_on = true; go_on;) {
             node_ = visit_usual(scene, ray, limit, counter);
             const bool usual = backtrack_.is_usual(choice_.rare);
@@ -194,7 +194,7 @@ class Traversal : public RayState<P, Order, Test> {
     return visit_any(scene, ray, limit, counter);
   }
 
-  /// visit_boxes() where is_usual().
+  /// visit_boxes() by a usual step (HasUsualStep). @pre every active lane's step is usual
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_usual(const SceneView& scene, const QueryRay& ray, Real limit,
                                                   typename P::Counter& counter) {
     counter.on_boxes();
@@ -204,7 +204,7 @@ class Traversal : public RayState<P, Order, Test> {
     return backtrack_.next_usual(met.child, top);
   }
 
-  /// visit_boxes() anywhere.
+  /// visit_boxes() by a step that suits every ray.
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_any(const SceneView& scene, const QueryRay& ray, Real limit,
                                                 typename P::Counter& counter) {
     counter.on_boxes();

@@ -65,7 +65,7 @@ template <class LayoutType, bool kAlways = false> struct Modelled : Policies {
   using AnyOrder = AsTested;
 };
 
-/// With a stack that has short steps (StackBacktrack::is_usual()), in memory so small that many steps are long.
+/// With a stack that has usual steps (StackBacktrack::is_usual()), in memory so small that many steps are not usual.
 template <class LayoutType> struct ModelledTiered : Modelled<LayoutType> { using Stack = TieredStack<3>; };
 
 /// Calls use(storage...) with what the queries of P need besides scene and ray.

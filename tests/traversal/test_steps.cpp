@@ -64,14 +64,14 @@ template <unsigned kShared, unsigned kEntries, class Entry> void check_tiered_ro
   }
 }
 
-/// The next node by the short step, where it is usual and @p may_be_short, or by the long one.
+/// The next node by a usual step, where that and @p may_be_usual allow it, or by the step for every ray.
 template <class Backtrack>
-NodeRef next_sorted(Backtrack& backtrack, const NodeRef (&child)[kBranching], bool may_be_short,
-                    unsigned& short_steps) {
+NodeRef next_sorted(Backtrack& backtrack, const NodeRef (&child)[kBranching], bool may_be_usual,
+                    unsigned& usual_steps) {
   if constexpr (requires { backtrack.is_usual(0u); }) {
     REQUIRE_FALSE(backtrack.is_usual(~0u));
-    if (may_be_short && backtrack.is_usual(0u)) {
-      ++short_steps;
+    if (may_be_usual && backtrack.is_usual(0u)) {
+      ++usual_steps;
       return backtrack.next_usual(child, backtrack.top());
     }
   }
@@ -80,14 +80,14 @@ NodeRef next_sorted(Backtrack& backtrack, const NodeRef (&child)[kBranching], bo
 
 /// Nodes whose children are sorted, with random numbers of them, beside a vector.
 /// @param capacity of the stack. @param most references that its memory holds: a tiered stack may have more.
-/// @return number of short steps (StackBacktrack::is_usual()).
+/// @return number of usual steps (StackBacktrack::is_usual()).
 template <class Stack>
 unsigned check_sorted(const typename Stack::Storage& storage, unsigned capacity, unsigned most, Random& random) {
   CAPTURE(capacity, most);
   BacktrackOf<Stack, NodeRef> backtrack(storage, NodeRef{8});
   std::vector<NodeRef> expected;
   NodeRef number = 16;
-  unsigned short_steps = 0;
+  unsigned usual_steps = 0;
   for (unsigned step = 0; step < 4000; ++step) {
     // In turn the stack mostly grows and mostly shrinks. It is often empty, and often full.
     const bool grows = step / 50 % 2 == 0;
@@ -96,7 +96,7 @@ unsigned check_sorted(const typename Stack::Storage& storage, unsigned capacity,
     for (unsigned i = 0; i < kBranching; ++i) child[i] = i < children ? number++ : kInvalidRef;
     const bool has_room = expected.size() + kMostPushed <= capacity;
     REQUIRE(backtrack.reserve() == has_room);
-    const NodeRef next = next_sorted(backtrack, child, random.coin(), short_steps);
+    const NodeRef next = next_sorted(backtrack, child, random.coin(), usual_steps);
     if (children == 0) {
       REQUIRE(next == (expected.empty() ? kInvalidRef : expected.back()));
       if (!expected.empty()) expected.pop_back();
@@ -109,7 +109,7 @@ unsigned check_sorted(const typename Stack::Storage& storage, unsigned capacity,
     }
     REQUIRE(backtrack.empty() == expected.empty());
   }
-  return short_steps;
+  return usual_steps;
 }
 
 template <unsigned kShared, unsigned kEntries> void check_tiered_sorted(Random& random) {
@@ -118,9 +118,9 @@ template <unsigned kShared, unsigned kEntries> void check_tiered_sorted(Random& 
   constexpr unsigned kThreads = 3;
   std::vector<StackEntry> block(kThreads * kShared);
   typename Stack::Memory memory;
-  const unsigned short_steps =
+  const unsigned usual_steps =
       check_sorted<Stack>({block.data(), 1, kThreads, memory}, kEntries, std::max(kEntries, 2 * kShared), random);
-  CHECK((short_steps > 0) == (2 * kShared > kMostPushed));
+  CHECK((usual_steps > 0) == (2 * kShared > kMostPushed));
 }
 
 struct Counting : Policies {

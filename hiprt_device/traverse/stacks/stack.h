@@ -123,13 +123,14 @@ template <class Stack, class Entry> class StackBacktrack {
       if (child[i] != kInvalidRef) later(child[i]);
     return follow(child[0]);
   }
-  /// The same for a stack that can do it in fewer instructions as long as is_usual(). top() comes before the children
-  /// are known, so that its memory answers meanwhile.
-  /// @param rare 0, or all bits: never usual
+  /// Whether next_usual() may replace next_sorted(): it takes fewer instructions, and needs room in shared memory.
+  /// @param rare 0; all bits: never
   HIPRT_HD HIPRT_FORCE_INLINE bool is_usual(std::uint32_t rare) const requires(kHasUsual) {
     return stack_.is_usual(rare);
   }
+  /// The entry that pop() would return. Loaded before the boxes are tested, it costs no waiting.
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef top() const requires(kHasUsual) { return stack_.top(); }
+  /// @param top that of top(). @pre is_usual()
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef next_usual(const NodeRef (&child)[kBranching], NodeRef top) requires(kHasUsual) {
     return stack_.next_usual(child, top);
   }

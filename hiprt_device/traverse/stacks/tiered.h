@@ -90,7 +90,7 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
     }
     HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return top_ == 0; }
 
-    // See StackBacktrack::is_usual(): everything is in shared memory, and no lane branches by itself.
+    // See StackBacktrack::is_usual(). All entries are in shared memory, and on AMD no lane branches by itself.
 
     HIPRT_HD HIPRT_FORCE_INLINE bool is_usual(std::uint32_t rare) const requires std::same_as<Entry, NodeRef> {
       return (top_ | rare) < kUsual;
