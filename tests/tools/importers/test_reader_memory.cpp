@@ -1,5 +1,5 @@
 /// Readers take memory only for what a file of its size can have. Every number of small valid files is replaced by
-/// large ones. The address space is limited to 256 MiB.
+/// large ones. They get 128 MiB of address space beyond the program's own.
 
 #include <tests/tools/limited_child.h>
 #include <tests/tools/load.h>
@@ -33,7 +33,7 @@ using namespace hiprt::test;
 
 namespace {
 
-constexpr std::size_t kAddressSpace = std::size_t{256} << 20;
+constexpr std::size_t kAddressSpace = std::size_t{128} << 20;
 constexpr std::array<std::uint64_t, 4> kCounts{1u << 16, 1u << 31, 0xffffffffu, std::uint64_t{1} << 63};
 
 /// Reads a file. @return the error, or nothing.
