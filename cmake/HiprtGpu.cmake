@@ -18,6 +18,21 @@ set(HIPRT_GPU_OPTIMIZATION "-O3" CACHE STRING
   "Optimisation of .hip sources. -O1: kernels are slower, and compile and emulate in two thirds of the time")
 mark_as_advanced(HIPRT_GPU_OPTIMIZATION)
 
+# hiprt_check_archs(<variable> <pattern> <example>): stops at an architecture that does not fit the pattern.
+function(hiprt_check_archs variable pattern example)
+  foreach(arch IN LISTS ${variable})
+    if(NOT arch MATCHES "^${pattern}$")
+      message(FATAL_ERROR "${variable}: '${arch}' is no architecture. Write them as ${example}")
+    endif()
+  endforeach()
+endfunction()
+hiprt_check_archs(HIPRT_AMD_ARCHS "gfx[0-9a-f]+(:[a-z]+[+-])*" "gfx1030;gfx1100")
+hiprt_check_archs(HIPRT_NVIDIA_ARCHS "(sm_)?[1-9][0-9]+[af]?" "80;90")
+# sm_90 is another way to write 90.
+string(REPLACE "sm_" "" archs "${HIPRT_NVIDIA_ARCHS}")
+set_property(CACHE HIPRT_NVIDIA_ARCHS PROPERTY VALUE "${archs}")
+unset(archs)
+
 # hiprt_find_amd(<problem>): sets HIPRT_HIPCC, HIPRT_OFFLOAD_BUNDLER, HIPRT_AMDHIP64, HIPRT_HIP_INCLUDE_DIR and
 # HIPRT_HIP_DEVICE_LIBS. <problem> names the missing part, or is empty.
 function(hiprt_find_amd problem)
