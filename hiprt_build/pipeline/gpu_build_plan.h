@@ -31,7 +31,7 @@ struct BuildPlan {
   bool from_top() const {
     return builder == build::Builder::kSah || builder == build::Builder::kSbvh || builder == build::Builder::kHq;
   }
-  TopDownTuning tuning() const { return TopDownTuning::for_spatial_splits(split_budget > 1.0); }
+  TopDownTuning tuning() const { return TopDownTuning::of(pieces, split_budget > 1.0); }
   bool presplits() const { return pieces != primitives; }
   /// Whether a primitive can be in several leaves.
   bool splits() const { return capacity != primitives || imports(); }

@@ -73,30 +73,75 @@ inline __device__ Parts split_reference(const GeometryTable& geometries, const R
   return parts;
 }
 
-/// Adds a reference to the bins of one axis. Most references are in one slab; only the others need their corners.
-inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes, const GeometryTable& geometries,
-                                 const Reference& reference, unsigned axis) {
-  const int begin = planes.first(pick(reference.box.min, axis), static_cast<int>(axis));
-  const int end = planes.last(pick(reference.box.max, axis), static_cast<int>(axis));
-  LeafCorners corners{};
+/// The slabs of an axis that a reference is in.
+struct SlabSpan {
+  int begin, end;
+
+  __device__ SlabSpan(const SlabPlanes& planes, const Box& box, unsigned axis)
+      : begin(planes.first(pick(box.min, axis), static_cast<int>(axis))),
+        end(planes.last(pick(box.max, axis), static_cast<int>(axis))) {}
+  __device__ bool is_cut() const { return begin < end; }
+};
+
+inline __device__ void add_part(const SlabBins& bins, unsigned axis, int slab, unsigned rotation, const SimdBox& part) {
+  std::uint32_t low[3], high[3];
+  for (int k = 0; k < 3; ++k) {
+    low[k] = to_ordered(part.min[k]);
+    high[k] = to_ordered(part.max[k]);
+  }
+  bins.add(axis, static_cast<unsigned>(slab), rotation, low, high);
+}
+inline __device__ void count_ends(const SlabBins& bins, unsigned axis, const SlabSpan& span) {
+  bins.count(axis, 0, static_cast<unsigned>(span.begin));
+  bins.count(axis, 1, static_cast<unsigned>(span.is_cut() ? span.end : span.begin));
+}
+
+/// Adds the parts of a reference that planes cut. @param span is_cut().
+inline __device__ void bin_cut(const SlabBins& bins, const SlabPlanes& planes, const GeometryTable& geometries,
+                               const Reference& reference, unsigned axis, const SlabSpan& span) {
+  LeafCorners corners = corners_of(geometries, reference);
   Box whole = reference.box;
   rotate(whole, axis);
-  if (begin < end) {
-    corners = corners_of(geometries, reference);
-    rotate(corners, axis);
-  }
-  SlabPlanes::cut(planes.plane[axis], begin, end, corners, reference.contents.is_pair(), to_simd(whole), 0,
-                  [&](int slab, const SimdBox& part) {
-                    std::uint32_t low[3], high[3];
-                    for (int k = 0; k < 3; ++k) {
-                      low[k] = to_ordered(part.min[k]);
-                      high[k] = to_ordered(part.max[k]);
-                    }
-                    bins.add(axis, static_cast<unsigned>(slab), axis, low, high);
-                  });
-  bins.count(axis, 0, static_cast<unsigned>(begin));
-  bins.count(axis, 1, static_cast<unsigned>(begin < end ? end : begin));
+  rotate(corners, axis);
+  SlabPlanes::cut(planes.plane[axis], span.begin, span.end, corners, reference.contents.is_pair(), to_simd(whole), 0,
+                  [&](int slab, const SimdBox& part) { add_part(bins, axis, slab, axis, part); });
 }
+
+/// Adds references to the bins. Most are in one slab. The others take long: they wait in shared memory, so that
+/// neighbouring lanes have one each.
+/// @tparam kThreads that call each function together.
+template <unsigned kThreads> struct SlabQueue {
+  static constexpr unsigned kSize = 5 * kThreads;  ///< References times axes; each thread may add three at a time.
+
+  std::uint32_t count;
+  std::uint16_t items[kSize];  ///< Number of the reference * 4 + axis.
+
+  /// By one thread. Follow it with a barrier.
+  __device__ void clear() { count = 0; }
+  /// A reference in one slab of an axis is added; otherwise it waits.
+  /// @param number below 2^14.
+  __device__ void add(const SlabBins& bins, const SlabPlanes& planes, const Reference& reference, unsigned number) {
+#pragma unroll
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const SlabSpan span(planes, reference.box, axis);
+      count_ends(bins, axis, span);
+      if (span.is_cut())
+        items[fetch_add(&count, 1)] = static_cast<std::uint16_t>(number * 4 + axis);
+      else
+        add_part(bins, axis, span.begin, 0, to_simd(reference.box));
+    }
+  }
+  /// The references that wait. @param get (number): the reference. Barriers belong before it and behind it.
+  template <class Get>
+  __device__ void work(const SlabBins& bins, const SlabPlanes& planes, const GeometryTable& geometries, unsigned thread,
+                       Get&& get) const {
+    for (unsigned i = thread; i < count; i += kThreads) {
+      const unsigned item = items[i], axis = item % 4;
+      const Reference reference = get(item / 4);
+      bin_cut(bins, planes, geometries, reference, axis, SlabSpan(planes, reference.box, axis));
+    }
+  }
+};
 
 /// As SpatialBins::best(): lane i evaluates the split before slab i. @return infinite cost if there is no split; the
 /// same result in all lanes.

@@ -6,6 +6,8 @@
 #include <hiprt_build/input/geometry.h>
 #include <hiprt_build/tree/binary_tree.h>
 
+#include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -30,14 +32,17 @@ struct TopDownOutput {
 
 /// Sizes of the work of blocks and waves. The tree depends on spare_levels and wave_range, not on task.
 struct TopDownTuning {
-  std::uint32_t task = 2048;       ///< References that a block processes together; more than 0.
+  /// References that a block processes together; more than 0, at most 2^14.
+  std::uint32_t task = 2048;
   std::uint32_t wave_range = 512;  ///< One wave builds the subtree of a range of up to so many references; at least 32.
   std::uint32_t spare_levels =
       12;  ///< Of larger ranges, beyond a balanced tree's; below that they are halved by count.
 
-  /// A wave takes long for spatial splits: its ranges are smaller.
-  static TopDownTuning for_spatial_splits(bool spatial) {
-    return spatial ? TopDownTuning{.wave_range = 64} : TopDownTuning{};
+  /// For so many references. A GPU of 132 multiprocessors needs several hundred blocks; larger tasks add their bins to
+  /// those of the range more rarely. A wave takes long for spatial splits: its ranges are smaller.
+  static TopDownTuning of(std::uint32_t references, bool spatial) {
+    const std::uint32_t task = std::clamp<std::uint32_t>(std::bit_floor(references / 1600), 512, 2048);
+    return {.task = task, .wave_range = spatial ? 128u : 512u};
   }
 };
 

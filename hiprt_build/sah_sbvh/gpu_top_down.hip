@@ -56,6 +56,8 @@ struct Memory {
     tree.counts = arena.take<TaskCounts>(limits.tasks);
     tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.ranges} * ObjectBins::kSize);
     tree.small_ranges = arena.take<SmallRange>(limits.small_ranges);
+    tree.most_shared = std::min(SharedRanges::kMost, limits.small_ranges);
+    tree.shared_ranges = arena.take<std::uint32_t>(tree.most_shared);
     size = arena.size();
   }
 };
@@ -85,6 +87,7 @@ class Enqueuer {
   Result<void> run() {
     steps_.fill_bytes("the state", tree_.state, 1, 0);
     steps_.fill_bytes("the nodes", tree_.nodes, input_.capacity, 0xff);
+    steps_.fill_bytes("the shared ranges", tree_.shared_ranges, tree_.most_shared, 0xff);
     compact();
     for (unsigned level = 0; level < limits_.levels; ++level) split(level);
     if (spatial_)

@@ -58,7 +58,9 @@ __global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, u
 static __global__ void __launch_bounds__(kTaskBlock) bin_spatial(TopDownTree tree, unsigned level) {
   __shared__ std::uint32_t words[SlabBins::kSize];
   __shared__ SlabPlanes planes;
+  __shared__ SlabQueue<kTaskBlock> queue;
   const SlabBins bins{words};
+  const Reference* from = tree.references[level % 2];
   const std::uint32_t tasks = tree.state->tasks[level];
   for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
     const LargeTask task = tree.tasks[level % 2][t];
@@ -66,12 +68,23 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_spatial(TopDownTree tre
     if (range.tries_spatial == 0) continue;
     bins.clear(threadIdx.x, kTaskBlock);
     fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
+    if (threadIdx.x == 0) queue.clear();
     __syncthreads();
-    for_references(tree, level, range, task, [&](const Reference& r, std::uint32_t) {
-#pragma unroll 1
-      for (unsigned axis = 0; axis < 3; ++axis) bin_slabs(bins, planes, tree.geometries, r, axis);
-    });
-    __syncthreads();
+    const std::uint32_t end = min(range.end, task.begin + tree.task);
+    for (std::uint32_t first = task.begin; first < end; first += kTaskBlock) {
+      const std::uint32_t i = first + threadIdx.x;
+      if (i < end) queue.add(bins, planes, load(from + i), i - task.begin);
+      __syncthreads();
+      // The next references may need three places each.
+      const bool waits = first + kTaskBlock < end && queue.count + 3 * kTaskBlock <= queue.kSize;
+      __syncthreads();
+      if (waits) continue;
+      queue.work(bins, planes, tree.geometries, threadIdx.x,
+                 [&](unsigned number) { return load(from + task.begin + number); });
+      __syncthreads();
+      if (threadIdx.x == 0) queue.clear();
+      __syncthreads();
+    }
     tree.slab_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
     __syncthreads();
   }

@@ -12,6 +12,7 @@ struct SmallShared {
     struct {
       std::uint32_t words[SlabBins::kSize];
       SlabPlanes planes;
+      SlabQueue<WaveGroup::kLanes> queue;
     } slabs;
     WaveSweepShared sweep;
   };
@@ -20,8 +21,14 @@ struct SmallShared {
 /// @tparam kSpatialSplits whether spatial splits are allowed.
 template <bool kSpatialSplits> class SmallBuilder {
  public:
-  __device__ SmallBuilder(const WaveGroup& group, SmallShared& shared, const TopDownTree& tree)
-      : group_(group), shared_(shared), tree_(tree), pending_{tree}, least_overlap_(tree.least_overlap()) {}
+  __device__ SmallBuilder(const WaveGroup& group, SmallShared& shared, const TopDownTree& tree,
+                          const SharedRanges& ranges)
+      : group_(group),
+        shared_(shared),
+        tree_(tree),
+        ranges_(ranges),
+        pending_{tree},
+        least_overlap_(tree.least_overlap()) {}
 
   /// @return how many leaves this lane has written.
   __device__ std::uint32_t build(SmallRange range) {
@@ -34,6 +41,7 @@ template <bool kSpatialSplits> class SmallBuilder {
       }
       if (pending_.first == kInvalidId) return leaves;
       range = pending_.take(group_);
+      ranges_.offer(pending_);
     }
   }
 
@@ -85,13 +93,22 @@ template <bool kSpatialSplits> class SmallBuilder {
     const SlabBins bins{shared_.slabs.words};
     group_.sync();
     bins.clear(group_.lane(), WaveGroup::kLanes);
+    const SlabPlanes& planes = shared_.slabs.planes;
+    SlabQueue<WaveGroup::kLanes>& queue = shared_.slabs.queue;
     fill_planes(shared_.slabs.planes, rule.box, group_.lane(), WaveGroup::kLanes);
+    if (group_.lane() == 0) queue.clear();
     group_.sync();
-    // A lane for each axis of a reference: there may be wave_range of them, and each may cross many slabs.
     const Reference* references = from(range) + range.begin;
-    for (std::uint32_t i = group_.lane(); i < 3 * range.size(); i += WaveGroup::kLanes)
-      bin_slabs(bins, shared_.slabs.planes, tree_.geometries, load(references + i / 3), i % 3);
-    group_.sync();
+    for (std::uint32_t first = 0; first < range.size(); first += WaveGroup::kLanes) {
+      const std::uint32_t i = first + group_.lane();
+      if (i < range.size()) queue.add(bins, planes, load(references + i), i);
+      group_.sync();
+      queue.work(bins, planes, tree_.geometries, group_.lane(),
+                 [&](unsigned number) { return load(references + number); });
+      group_.sync();
+      if (group_.lane() == 0) queue.clear();
+      group_.sync();
+    }
     rule.spatial = best_spatial_split(group_, bins, rule.box, range.limit - range.begin);
     if (rule.spatial.cost < rule.objects.cost) rule.kind = SplitKind::kSpatial;
   }
@@ -199,22 +216,39 @@ template <bool kSpatialSplits> class SmallBuilder {
   const WaveGroup& group_;
   SmallShared& shared_;
   const TopDownTree& tree_;
+  const SharedRanges& ranges_;
   PendingRanges pending_;
   float least_overlap_;
 };
 
-/// Groups take a small range after the other.
+/// Groups take a small range after the other, and then ranges from groups that have more.
 template <bool kSpatialSplits> __global__ void __launch_bounds__(kGroupBlock, 4) build_small(TopDownTree tree) {
   __shared__ SmallShared shared[kGroupsPerBlock];
   const WaveGroup group;
   const std::uint32_t ranges = tree.state->small_ranges;
-  SmallBuilder<kSpatialSplits> builder(group, shared[threadIdx.x / WaveGroup::kLanes], tree);
+  SharedRanges shared_ranges(group, tree);
+  SmallBuilder<kSpatialSplits> builder(group, shared[threadIdx.x / WaveGroup::kLanes], tree, shared_ranges);
   std::uint32_t leaves = 0;
-  for (;;) {
-    std::uint32_t ticket = group.lane() == 0 ? fetch_add(&tree.state->ticket, 1) : 0;
-    ticket = group.from(0, ticket);
-    if (ticket >= ranges) break;
-    leaves += builder.build(tree.small_ranges[ticket]);
+  // Of two groups in a wave one may wait for the other: each turn waits once and builds once.
+  for (bool waits = false;;) {
+    SmallRange range{};
+    bool has = false;
+    if (!waits) {
+      std::uint32_t ticket = group.lane() == 0 ? fetch_add(&tree.state->ticket, 1) : 0;
+      ticket = group.from(0, ticket);
+      has = ticket < ranges;
+      if (has) range = tree.small_ranges[ticket];
+      if (!has && !shared_ranges.wait()) break;
+      waits = !has;
+    }
+    if (waits) {
+      has = shared_ranges.take(range);
+      if (!has && shared_ranges.is_over(ranges)) break;
+      waits = !has;
+    }
+    if (!has) continue;
+    leaves += builder.build(range);
+    shared_ranges.finish_range();
   }
   leaves = sum_up(group, leaves);
   if (group.lane() == WaveGroup::kLanes - 1 && leaves != 0) fetch_add(tree.leaves, leaves);

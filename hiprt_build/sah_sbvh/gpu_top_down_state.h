@@ -70,6 +70,10 @@ struct TopDownState {
   std::uint32_t count, limit;  ///< References, and the most after spatial splits.
   std::uint32_t ranges[kMostLevels + 1], tasks[kMostLevels + 1];
   std::uint32_t small_ranges, ticket;
+  // Of SharedRanges.
+  std::uint32_t shared, shared_ticket;  ///< Ranges that groups gave away; that groups wait for or took.
+  std::uint32_t waiting;                ///< Groups.
+  std::uint32_t unfinished;             ///< Ranges given away - ranges finished, small ones included; modulo 2^32.
 };
 
 /// The value of unused entries of the output.
@@ -88,6 +92,8 @@ struct TopDownTree {
   TaskCounts* counts;
   std::uint32_t* bins;  ///< ObjectBins or SlabBins of each large range.
   SmallRange* small_ranges;
+  std::uint32_t* shared_ranges;  ///< [most_shared] Of SharedRanges.
+  std::uint32_t most_shared;
   std::uint32_t capacity, task, wave_range;
   float overlap;  ///< As BuilderDefaults::least_overlap.
 

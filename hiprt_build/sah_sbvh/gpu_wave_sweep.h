@@ -2,7 +2,7 @@
 /// Builds the subtree over up to 32 references, one in each lane of a group. All ranges of a level are split at once,
 /// by an exact sweep along the axes. The references stay sorted along each axis. Internal.
 
-#include <hiprt_build/sah_sbvh/gpu_top_down_state.h>
+#include <hiprt_build/sah_sbvh/gpu_pending_ranges.h>
 
 namespace hiprt::build::kernels {
 
@@ -26,33 +26,6 @@ struct WaveSweepShared {
   }
   __device__ Reference reference(unsigned slot) const {
     return Reference{box(slot), LeafContents{group[slot]}, primitive[slot]};
-  }
-};
-
-/// Ranges that one group has still to build. Each is stored in a node that only its own subtree will use, so that there
-/// is always space.
-struct PendingRanges {
-  const TopDownTree& tree;
-  std::uint32_t first = kInvalidId;  ///< Where it begins.
-
-  /// By one lane. @pre capacity for two references. @param next becomes first once this one is taken.
-  __device__ void write(const SmallRange& range, std::uint32_t next) const {
-    auto* words = reinterpret_cast<std::uint32_t*>(tree.nodes + range.begin + 1);
-    words[0] = range.end;
-    words[1] = range.limit;
-    words[2] = range.link;
-    words[3] = range.depth_bits;
-    words[4] = std::bit_cast<std::uint32_t>(range.cost);
-    words[5] = next;
-  }
-  /// By all lanes. @pre there is one.
-  __device__ SmallRange take(const WaveGroup& group) {
-    group.sync();
-    const auto* words = reinterpret_cast<const std::uint32_t*>(tree.nodes + first + 1);
-    const SmallRange range{first, words[0], words[1], words[2], words[3], std::bit_cast<float>(words[4])};
-    first = words[5];
-    group.sync();
-    return range;
   }
 };
 
