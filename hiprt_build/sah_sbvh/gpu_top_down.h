@@ -42,7 +42,7 @@ struct TopDownTuning {
   /// those of the range more rarely. A wave takes long for spatial splits: its ranges are smaller.
   static TopDownTuning of(std::uint32_t references, bool spatial) {
     const std::uint32_t task = std::clamp<std::uint32_t>(std::bit_floor(references / 1600), 512, 2048);
-    return {.task = task, .wave_range = spatial ? 128u : 512u};
+    return {.task = task, .wave_range = spatial ? 64u : 512u};
   }
 };
 
