@@ -1,5 +1,5 @@
 #pragma once
-/// Ranges that a group of lanes has still to build, and those that it gives to groups without work. Internal.
+/// Ranges that a group of lanes has still to build, and ranges that it gives to groups without work. Internal.
 
 #include <hiprt_build/sah_sbvh/gpu_top_down_state.h>
 
@@ -127,7 +127,7 @@ class SharedRanges {
   __device__ void finish_range() const {
     if (group_.lane() == 0) fetch_add(&tree_.state->unfinished, 0xffffffffu);
   }
-  /// Whether nothing will come any more. @param ranges that were there at first.
+  /// Whether all ranges are done or taken. @param ranges that were there at first.
   __device__ bool is_over(std::uint32_t ranges) const {
     bool over = false;
     if (group_.lane() == 0) over = load_shared(&tree_.state->unfinished) + ranges == 0;

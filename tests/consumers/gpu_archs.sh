@@ -1,6 +1,6 @@
 #!/bin/bash
-# gpu_archs.sh CMAKE ROOT: CMake takes the architectures of GPU code in the ways that users write them, and refuses others
-# by name. Exit status: 0, or 1 (a fault, which is printed).
+# gpu_archs.sh CMAKE ROOT: CMake takes the architectures of GPU code in the ways that users write them, and refuses
+# others by name. Exit status: 0, or 1 (a fault, which is printed).
 set -uo pipefail
 cmake=$1
 root=$2
