@@ -127,7 +127,7 @@ class SharedRanges {
   __device__ void finish_range() const {
     if (group_.lane() == 0) fetch_add(&tree_.state->unfinished, 0xffffffffu);
   }
-  /// Whether all ranges are done or taken. @param ranges that were there at first.
+  /// Whether all ranges are done. @param ranges that were there at first.
   __device__ bool is_over(std::uint32_t ranges) const {
     bool over = false;
     if (group_.lane() == 0) over = load_shared(&tree_.state->unfinished) + ranges == 0;
