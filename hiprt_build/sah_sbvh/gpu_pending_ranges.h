@@ -24,8 +24,8 @@ class StoredRange {
   __device__ SmallRange read() const {
     return {begin_, words_[0], words_[1], words_[2], words_[3], std::bit_cast<float>(words_[4])};
   }
-  /// Where the next range of a list begins. It depends on other groups: clear it, so that unused nodes have the same
-  /// bytes in every run.
+  /// Where the next range of a list begins. It depends on other groups. Who takes the range clears it, so that unused
+  /// nodes have the same bytes in every run.
   __device__ std::uint32_t next() const { return words_[5]; }
   __device__ void set_next(std::uint32_t next) const { words_[5] = next; }
 
@@ -99,7 +99,8 @@ class SharedRanges {
     pending.first = begin;
   }
 
-  /// Starts to wait. @return false if enough groups wait.
+  /// Starts to wait. @return false if enough groups wait. They, and the groups that still have ranges, take all that is
+  /// given away later.
   __device__ bool wait() {
     TopDownState& state = *tree_.state;
     std::uint32_t place = kInvalidId;

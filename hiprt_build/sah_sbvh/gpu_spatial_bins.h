@@ -73,7 +73,7 @@ inline __device__ Parts split_reference(const GeometryTable& geometries, const R
   return parts;
 }
 
-/// The slabs of an axis that a reference is in.
+/// The slabs of an axis that a reference is in. A flat reference on a plane ends before it begins: it is in slab begin.
 struct SlabSpan {
   int begin, end;
 
@@ -83,6 +83,7 @@ struct SlabSpan {
   __device__ bool is_cut() const { return begin < end; }
 };
 
+/// Adds a box to a slab. Axis k of the box is axis (k + rotation) % 3.
 inline __device__ void add_part(const SlabBins& bins, unsigned axis, int slab, unsigned rotation, const SimdBox& part) {
   std::uint32_t low[3], high[3];
   for (int k = 0; k < 3; ++k) {
@@ -91,6 +92,7 @@ inline __device__ void add_part(const SlabBins& bins, unsigned axis, int slab, u
   }
   bins.add(axis, static_cast<unsigned>(slab), rotation, low, high);
 }
+/// Counts a reference where it begins and where it ends.
 inline __device__ void count_ends(const SlabBins& bins, unsigned axis, const SlabSpan& span) {
   bins.count(axis, 0, static_cast<unsigned>(span.begin));
   bins.count(axis, 1, static_cast<unsigned>(span.is_cut() ? span.end : span.begin));

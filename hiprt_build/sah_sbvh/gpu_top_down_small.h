@@ -93,9 +93,9 @@ template <bool kSpatialSplits> class SmallBuilder {
     const SlabBins bins{shared_.slabs.words};
     group_.sync();
     bins.clear(group_.lane(), WaveGroup::kLanes);
-    const SlabPlanes& planes = shared_.slabs.planes;
+    SlabPlanes& planes = shared_.slabs.planes;
     SlabQueue<WaveGroup::kLanes>& queue = shared_.slabs.queue;
-    fill_planes(shared_.slabs.planes, rule.box, group_.lane(), WaveGroup::kLanes);
+    fill_planes(planes, rule.box, group_.lane(), WaveGroup::kLanes);
     if (group_.lane() == 0) queue.clear();
     group_.sync();
     const Reference* references = from(range) + range.begin;

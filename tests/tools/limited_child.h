@@ -38,11 +38,11 @@ inline std::size_t used_address_space() {
 template <class Work> std::string in_limited_child(std::size_t bytes, const Work& work) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+  const std::size_t most = used_address_space() + bytes;
+  const rlimit limit{most, most};
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("cannot fork");
   if (child == 0) {
-    const std::size_t most = used_address_space() + bytes;
-    const rlimit limit{most, most};
     std::string text = kCanLimitMemory && setrlimit(RLIMIT_AS, &limit) != 0 ? "no limit was set" : work();
     for (std::size_t done = 0; done < text.size();) {
       const ssize_t size = write(ends[1], text.data() + done, text.size() - done);
