@@ -1,7 +1,7 @@
 #include "growth.h"
 
+#include <benchmarks/common/overlapping_meshes.h>
 #include <benchmarks/common/rounds.h>
-#include <tests/oracle/odd_meshes.h>
 #include <tools/cli/build/build_names.h>
 
 #include <hiprt_build/build.h>
@@ -12,17 +12,6 @@
 namespace hiprt::bench {
 namespace {
 
-constexpr std::uint64_t kSeed = 1;
-/// Small enough that few boxes of a million overlap.
-constexpr double kScatteredSize = 0.01;
-
-oracle::Mesh make_mesh(const std::string& name, unsigned triangles) {
-  if (name == "soup") return oracle::soup(triangles, 1.0, kSeed);
-  if (name == "concentric") return oracle::concentric(triangles, kSeed);
-  if (name == "cables") return oracle::cables(triangles, kSeed);
-  return oracle::fan(triangles);
-}
-
 /// Median over the rounds of times[r] / reference[r].
 double median_ratio(const std::vector<double>& times, const std::vector<double>& reference) {
   return median_speed_ratio(reference, times);
@@ -31,8 +20,9 @@ double median_ratio(const std::vector<double>& times, const std::vector<double>&
 }  // namespace
 
 build::Result<GrowthCell> measure_growth(const std::string& mesh, unsigned triangles, unsigned rounds) {
-  const oracle::Mesh all = make_mesh(mesh, triangles), quarter = make_mesh(mesh, std::max(1u, triangles / 4)),
-                     apart = oracle::soup(triangles, kScatteredSize, kSeed);
+  const oracle::Mesh all = make_overlapping(mesh, triangles),
+                     quarter = make_overlapping(mesh, std::max(1u, triangles / 4)),
+                     apart = make_overlapping("scattered", triangles);
   std::optional<build::Error> error;
   const auto build_time = [&error](const oracle::Mesh& input, build::Builder builder) {
     const build::TriangleMesh view = input.view();

@@ -1,17 +1,14 @@
 #pragma once
 /// How the time of a build grows with the number of triangles where very many of them overlap.
 
+#include <benchmarks/common/overlapping_meshes.h>
 #include <hiprt_build/error.h>
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace hiprt::bench {
-
-/// The generated meshes: "soup", "concentric", "cables", "fan".
-inline constexpr std::array kOverlapping{"soup", "concentric", "cables", "fan"};
 
 /// One builder on one mesh, one thread.
 struct GrowthEntry {

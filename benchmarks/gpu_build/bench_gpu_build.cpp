@@ -3,7 +3,9 @@
 #include "builder_choice.h"
 #include "instances.h"
 #include "measured.h"
+#include "mesh_builds.h"
 #include "objects.h"
+#include "overlapping.h"
 #include "vulkan_builds.h"
 
 #include <benchmarks/common/device_memory.h>
@@ -38,144 +40,17 @@ using build::Result;
 
 struct Options {
   std::vector<std::string> builders{"lbvh", "lbvh30", "hploc"};
-  std::vector<std::string> batches, instances, objects;
-  std::string json, save, nodes = "planes";
-  unsigned repeats = 15, pairs = 1, graphs = 0;
+  std::vector<std::string> batches, instances, objects, overlapping;
+  std::string json;
+  unsigned pairs = 1, graphs = 0;
+  MeshBench meshes;
   VulkanOptions vulkan;
 };
-
-Result<NodeLayout> find_layout(const std::string& name) {
-  constexpr const char* kNames[] = {"float", "planes", "half", "quantized"};
-  for (std::uint32_t i = 0; i < std::size(kNames); ++i)
-    if (name == kNames[i]) return static_cast<NodeLayout>(i + 1);
-  return gpu::fail(build::ErrorCode::kInvalidInput, "no layout '", name,
-                   "'; expected float, planes, half or quantized");
-}
 
 Result<tools::Mesh> read_scene(const std::filesystem::path& path) {
   const auto file = build::map_file(path.string());
   if (!file) return tl::unexpected(file.error());
   return tools::read_raw_mesh(file->bytes());
-}
-
-/// One scene on the device.
-class Scene {
- public:
-  static Result<Scene> make(std::string name, const tools::Mesh& mesh) {
-    Scene scene;
-    scene.name = std::move(name);
-    auto positions = gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, device_memory());
-    if (!positions) return tl::unexpected(positions.error());
-    auto triangles = gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, device_memory());
-    if (!triangles) return tl::unexpected(triangles.error());
-    scene.positions_ = std::move(*positions);
-    scene.triangles_ = std::move(*triangles);
-    if (auto done = gpu::check(hipDeviceSynchronize(), "hipDeviceSynchronize"); !done)
-      return tl::unexpected(done.error());
-    return scene;
-  }
-  gpu::DeviceGeometry geometry() const {
-    return {.positions = positions_.data(),
-            .triangles = triangles_.data(),
-            .position_count = static_cast<std::uint32_t>(positions_.size()),
-            .primitive_count = static_cast<std::uint32_t>(triangles_.size())};
-  }
-
-  std::string name;
-
- private:
-  gpu::DeviceArray<build::Position> positions_;
-  gpu::DeviceArray<build::Triangle> triangles_;
-};
-
-Result<void> time_builds(const Scene& scene, const gpu::BuildOptions& options, unsigned repeats, std::byte* output,
-                         std::byte* scratch, hipStream_t stream, std::vector<double>& milliseconds) {
-  const gpu::DeviceGeometry geometry = scene.geometry();
-  auto watch = gpu::StreamTimer::make();
-  if (!watch) return tl::unexpected(watch.error());
-  for (unsigned i = 0; i < repeats + 3; ++i) {
-    auto done = watch->start(stream);
-    if (!done) return done;
-    const auto report = gpu::enqueue_build({&geometry, 1}, options, output, scratch, stream);
-    if (!report) return tl::unexpected(report.error());
-    done = watch->stop(stream);
-    if (!done) return done;
-    const auto took = watch->milliseconds();
-    if (!took) return tl::unexpected(took.error());
-    if (i >= 3) milliseconds.push_back(double{*took});
-  }
-  std::sort(milliseconds.begin(), milliseconds.end());
-  return {};
-}
-
-/// Refits to the same vertices; moved vertices take the same time.
-Result<double> time_refits(const Scene& scene, gpu::BuiltScene& built, unsigned repeats, hipStream_t stream) {
-  const gpu::SceneParts parts = gpu::parts_of(built);
-  auto scratch = gpu::DeviceBuffer::make(gpu::refit_scratch(parts), stream, device_memory());
-  if (!scratch) return tl::unexpected(scratch.error());
-  const gpu::DeviceGeometry geometry = scene.geometry();
-  return median_of(repeats, stream, [&] { return gpu::enqueue_refit(parts, {&geometry, 1}, scratch->data(), stream); });
-}
-
-/// Downloads, validates and measures the BVH, and then times refits.
-Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const Options& options, hipStream_t stream,
-                   Measured& measured) {
-  auto built = gpu::compact(report, stream, device_memory());
-  if (!built) return tl::unexpected(built.error());
-  measured.report = built->report;
-  const auto file = gpu::download_file(*built, "bench_gpu_build", stream);
-  if (!file) return tl::unexpected(file.error());
-  measured.file_bytes = file->size();
-  const auto summary = validate(file->bytes());
-  if (!summary) return gpu::fail(build::ErrorCode::kBackend, "not a valid BVH: ", to_string(summary.error()));
-  measured.sah_cost = build::measure_tree(*open_buffer(file->bytes())).sah_cost;
-  if (!options.save.empty())
-    if (auto saved = build::write_file(options.save + "/" + scene.name + "." + file_name(measured.builder) + ".bvh",
-                                       file->bytes());
-        !saved)
-      return saved;
-  const auto refitted = time_refits(scene, *built, options.repeats, stream);
-  if (!refitted) return tl::unexpected(refitted.error());
-  measured.refit_ms = *refitted;
-  return {};
-}
-
-Result<Measured> measure(const Scene& scene, const std::string& builder_name, const Options& options,
-                         hipStream_t stream) {
-  auto parsed = parse_builder(builder_name);
-  if (!parsed) return tl::unexpected(parsed.error());
-  gpu::BuildOptions& build_options = *parsed;
-  const auto nodes = find_layout(options.nodes);
-  if (!nodes) return tl::unexpected(nodes.error());
-  build_options.nodes = *nodes;
-  build_options.pair_triangles = options.pairs != 0;
-  const gpu::DeviceGeometry geometry = scene.geometry();
-  const auto sizes = gpu::build_sizes({&geometry, 1}, build_options);
-  if (!sizes) return tl::unexpected(sizes.error());
-  auto output = gpu::DeviceBuffer::make(sizes->output, stream, device_memory());
-  if (!output) return tl::unexpected(output.error());
-  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, device_memory());
-  if (!scratch) return tl::unexpected(scratch.error());
-  std::vector<double> times;
-  if (auto timed = time_builds(scene, build_options, options.repeats, output->data(), scratch->data(), stream, times);
-      !timed)
-    return tl::unexpected(timed.error());
-  Measured result{.scene = scene.name,
-                  .builder = builder_name,
-                  .triangles = geometry.primitive_count,
-                  .output_bytes = sizes->output,
-                  .scratch_bytes = sizes->scratch,
-                  .min_ms = times.front(),
-                  .median_ms = times[times.size() / 2],
-                  .max_ms = times.back()};
-  // The build must overwrite every byte of the BVH.
-  auto done = output->fill(std::byte{0xa5}, stream);
-  if (done) done = scratch->fill(std::byte{0xa5}, stream);
-  if (!done) return tl::unexpected(done.error());
-  const auto report = gpu::enqueue_build({&geometry, 1}, build_options, output->data(), scratch->data(), stream);
-  if (!report) return tl::unexpected(report.error());
-  if (auto judged = judge(scene, *report, options, stream, result); !judged) return tl::unexpected(judged.error());
-  return result;
 }
 
 /// Ribbons of triangles that do not overlap.
@@ -209,7 +84,7 @@ Result<MeasuredBatch> measure_batch(std::uint32_t count, std::uint32_t triangles
   const auto build_options = parse_builder(builder_name);
   if (!build_options) return tl::unexpected(build_options.error());
   const Ribbons ribbons(count, triangles);
-  const auto scene = Scene::make("batch", ribbons.mesh);
+  const auto scene = DeviceMesh::make("batch", ribbons.mesh.positions, ribbons.mesh.triangles);
   if (!scene) return tl::unexpected(scene.error());
   const auto first = gpu::DeviceArray<std::uint32_t>::from(ribbons.first, stream, device_memory());
   if (!first) return tl::unexpected(first.error());
@@ -221,7 +96,7 @@ Result<MeasuredBatch> measure_batch(std::uint32_t count, std::uint32_t triangles
   if (!output) return tl::unexpected(output.error());
   auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, device_memory());
   if (!scratch) return tl::unexpected(scratch.error());
-  const auto median = median_of(options.repeats, stream, [&] {
+  const auto median = median_of(options.meshes.repeats, stream, [&] {
     return gpu::enqueue_batch(batch, *build_options, output->data(), scratch->data(), stream);
   });
   if (!median) return tl::unexpected(median.error());
@@ -270,7 +145,7 @@ bool run_vulkan(VulkanMachine& machine, const Options& options, const std::strin
   const build::TriangleMesh input{.positions = mesh.positions, .triangles = mesh.triangles};
   for (const std::string& mode : options.vulkan.modes)
     for (const bool compacted : {false, true}) {
-      const auto builds = measure_vulkan(machine, input, mode, compacted, options.repeats);
+      const auto builds = measure_vulkan(machine, input, mode, compacted, options.meshes.repeats);
       if (builds)
         all.push_back(row_of(scene, mesh.triangles.size(), mode, *builds));
       else
@@ -288,9 +163,10 @@ bool run_scenes(const Options& options, const std::vector<std::string>& paths, h
   for (const std::string& path : paths) {
     const auto mesh = read_scene(path);
     const auto scene =
-        mesh ? Scene::make(std::filesystem::path(path).stem().string(), *mesh) : tl::unexpected(mesh.error());
+        mesh ? DeviceMesh::make(std::filesystem::path(path).stem().string(), mesh->positions, mesh->triangles)
+             : tl::unexpected(mesh.error());
     for (const std::string& builder : options.builders) {
-      const auto measured = scene ? measure(*scene, builder, options, stream) : tl::unexpected(scene.error());
+      const auto measured = scene ? measure(*scene, builder, options.meshes, stream) : tl::unexpected(scene.error());
       if (!measured) {
         std::cerr << "bench_gpu_build: " << path << ", " << builder << ": " << measured.error().message << "\n";
         good = false;
@@ -322,22 +198,24 @@ int run(Options& options, const std::vector<std::string>& paths) {
     return 1;
   }
   const auto none = nlohmann::json::array();
-  nlohmann::json results = none, batches = none, instances = none, objects = none;
+  nlohmann::json results = none, batches = none, instances = none, objects = none, overlapping = none;
   const std::shared_ptr<VulkanMachine> vulkan = open_for(options, paths);
   bool good = run_scenes(options, paths, stream, vulkan.get(), results);
   good = run_batches(options, stream, batches) && good;
-  const InstanceBench bench{options.instances, options.builders, options.repeats, options.graphs != 0};
+  const InstanceBench bench{options.instances, options.builders, options.meshes.repeats, options.graphs != 0};
   good = run_instances(bench, stream, instances) && good;
-  good = run_objects({options.objects, options.repeats}, stream, objects) && good;
+  good = run_objects({options.objects, options.meshes.repeats}, stream, objects) && good;
+  good = run_overlapping({options.overlapping, options.builders, options.meshes}, stream, overlapping) && good;
   if (!options.json.empty()) {
     const nlohmann::json document = {{"vulkan", vulkan == nullptr ? nlohmann::json() : vulkan->describe()},
                                      {"device", device->name},
                                      {"commit", HIPRT_BENCH_COMMIT},
-                                     {"repeats", options.repeats},
+                                     {"repeats", options.meshes.repeats},
                                      {"results", results},
                                      {"batches", batches},
                                      {"instances", instances},
-                                     {"objects", objects}};
+                                     {"objects", objects},
+                                     {"overlapping", overlapping}};
     std::ofstream file(options.json);
     file << document.dump(1) << "\n";
     good = good && file.good();
@@ -356,23 +234,29 @@ int main(int argc, char** argv) {
                 options.instances),
       list_flag("objects", "COUNT,...", "scenes of this number of objects, all built on the device, e.g. 10000",
                 options.objects),
+      list_flag("overlapping", "COUNT,...",
+                "generated meshes of so many triangles that overlap, beside as many that do not, e.g. 1000000",
+                options.overlapping),
       number_flag("graphs", "1: measures captured graphs too, 0: not (default)", options.graphs, 0, 1),
-      number_flag("repeats", "timed builds, after 3 others; the median counts (default 15)", options.repeats, 1, 1000),
+      number_flag("repeats", "timed builds, after 3 others; the median counts (default 15)", options.meshes.repeats, 1,
+                  1000),
       number_flag("pairs", "1: leaves with pairs of triangles (default), 0: single triangles", options.pairs, 0, 1),
-      text_flag("nodes", "NAME", "float, planes (default), half or quantized", options.nodes),
+      text_flag("nodes", "NAME", "float, planes (default), half or quantized", options.meshes.nodes),
       text_flag("json", "FILE", "writes all figures as JSON", options.json),
-      text_flag("save", "FOLDER", "writes the BVHs to SCENE.BUILDER.bvh", options.save)};
+      text_flag("save", "FOLDER", "writes the BVHs to SCENE.BUILDER.bvh", options.meshes.save)};
   for (Flag& flag : options.vulkan.flags()) flags.push_back(std::move(flag));
   const std::string fault = take_flags(argc, argv, flags);
   const std::vector<std::string> paths(argv + 1, argv + argc);
   const bool help = !paths.empty() && (paths[0] == "--help" || paths[0] == "-h");
   if (!fault.empty() || help ||
-      (paths.empty() && options.batches.empty() && options.instances.empty() && options.objects.empty())) {
+      (paths.empty() && options.batches.empty() && options.instances.empty() && options.objects.empty() &&
+       options.overlapping.empty())) {
     (help ? std::cout : std::cerr) << (fault.empty() ? "" : "bench_gpu_build: " + fault + "\n")
                                    << "usage: bench_gpu_build [FLAG...] SCENE.mesh...\n"
                                    << describe(flags);
     return help ? 0 : 2;
   }
+  options.meshes.pairs = options.pairs != 0;
   return run(options, paths);
 }
 

@@ -27,6 +27,8 @@ struct PlanSums {
   }
 };
 
+using PlannedTree = LinkedTree<ReferenceLeaves, PlanSums>;
+
 /// A wide node still to be written, and where its subtree begins. The task is stored in the first bytes of the node. A
 /// queue holds the numbers of such nodes, so that nodes near the root come first.
 struct WideTask {

@@ -145,7 +145,7 @@ class Enqueuer {
     });
   }
 
-  PlannedTree tree() const {
+  build::PlannedTree tree() const {
     const build::SahCosts& costs = options_.costs;
     return {{transient_.sorted.references},
             kept_.nodes,

@@ -81,6 +81,4 @@ struct SortedLeaves {
   std::uint32_t* met;
 };
 
-using PlannedTree = LinkedTree<ReferenceLeaves, PlanSums>;
-
 }  // namespace hiprt::build::kernels

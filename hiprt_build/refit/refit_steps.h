@@ -38,19 +38,24 @@ template <class Tree> struct SetParentsStep {
   }
 };
 
-/// Step: climbs from leaf i; whoever comes second to a node makes its box and count from those of its children.
-/// @param met per inner node: 0.
+/// Step: climbs from leaf i; whoever comes second to a node makes its box and sums from those of its children.
 template <class Tree> struct RefitStep {
   ParentedTree<Tree> tree;
-  std::uint32_t* met;
+  std::uint32_t* met;               ///< Per inner node: 0 before. Then the nodes below that child which came first.
+  std::uint32_t* height = nullptr;  ///< Where to write how many nodes the longest path has, a leaf included.
 
   HIPRT_HD void operator()(std::size_t i) const {
-    std::uint32_t node = tree.parents[tree.leaves + i];
-    while (node != kInvalidId && exchange(&met[node], 1) != 0) {
+    std::uint32_t node = tree.parents[tree.leaves + i], below = 1;
+    if (node == kInvalidId) return;
+    do {
+      const std::uint32_t first = exchange(&met[node], below);
+      if (first == 0) return;
+      below = 1 + (first > below ? first : below);
       const LinkedRef left = tree.tree.nodes[node].child[0], right = tree.tree.nodes[node].child[1];
       tree.tree.join(node, left, right, unite(tree.tree.box(left), tree.tree.box(right)));
       node = tree.parents[node];
-    }
+    } while (node != kInvalidId);
+    if (height != nullptr) *height = below;
   }
 };
 

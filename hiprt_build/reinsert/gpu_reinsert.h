@@ -1,17 +1,19 @@
 #pragma once
 /// What becomes of a tree on the device before it is shown as a wide one. Internal.
 
+#include <hiprt_build/encode/write_wide.h>
 #include <hiprt_build/gpu/error.h>
-#include <hiprt_build/pipeline/gpu_state.h>
+#include <hiprt_build/reinsert/reinsert_steps.h>
 
 namespace hiprt::gpu {
 
 struct TreeInput {
   /// References [capacity]; some may have no contents. Nodes [capacity]; unused nodes have no first child. The plans
   /// may be uninitialised and are written.
-  build::kernels::PlannedTree tree;
+  build::PlannedTree tree;
   std::uint32_t capacity;
-  unsigned rounds;  ///< Of reinsertion.
+  unsigned rounds;                                            ///< Of reinsertion.
+  std::uint32_t most_height = build::kMostReinsertionHeight;  ///< Tests choose others.
 };
 
 std::uint64_t finish_tree_scratch(std::uint32_t capacity, unsigned rounds);

@@ -11,7 +11,10 @@ struct ShapeTree {
   LinkedTree<ReferenceLeaves, NoSums> tree;
   std::uint32_t capacity;
   std::uint32_t* parents;  ///< [2 capacity]: kInvalidId where there is none.
+  std::uint32_t* height;   ///< RefitStep::height after a round; 0 before. nullptr without rounds.
+  std::uint32_t most_height;
 
+  HIPRT_HD bool ended() const { return *height > most_height; }
   HIPRT_HD ParentedTree<LinkedTree<ReferenceLeaves, NoSums>> parented() const { return {tree, capacity, parents}; }
 };
 using Shape = LinkedTree<ReferenceLeaves, NoSums>;
@@ -26,10 +29,26 @@ static __global__ void __launch_bounds__(kBlock) set_parents(ShapeTree shape) {
   if (i < shape.capacity && has_node(shape.tree.nodes, i)) SetParentsStep<Shape>{shape.parented()}(i - 1);
 }
 
+/// The children of an inner node.
+struct NodeLinks {
+  LinkedRef child[2];
+};
+
+static __global__ void __launch_bounds__(kBlock) start_rounds(ShapeTree shape, NodeLinks* before) {
+  const std::uint32_t i = thread_index();
+  if (i == 0) *shape.height = 0;
+  if (i >= shape.capacity) return;
+  const LinkedNode& node = shape.tree.nodes[i];
+  before[i] = NodeLinks{{node.child[0], node.child[1]}};
+}
 static __global__ void __launch_bounds__(kBlock)
     find_reinsertions(ShapeTree shape, Lookers lookers, std::uint32_t looking, Reinsertion* found) {
   const std::uint32_t i = thread_index();
-  if (i < looking) FindReinsertionStep<Shape>{shape.parented(), lookers, found}(i);
+  if (i >= looking) return;
+  if (shape.ended())
+    found[i] = Reinsertion{0.0f, kInvalidId, kInvalidId};
+  else
+    FindReinsertionStep<Shape>{shape.parented(), lookers, found}(i);
 }
 static __global__ void __launch_bounds__(kBlock)
     bid_for_reinsertions(ShapeTree shape, Lookers lookers, std::uint32_t looking, const Reinsertion* found,
@@ -49,13 +68,17 @@ static __global__ void __launch_bounds__(kBlock)
   const std::uint32_t i = thread_index();
   if (i < looking) ReinsertStep<Shape>{shape.parented(), lookers, found, granted}(i);
 }
-
-/// Boxes of all nodes, and what Sums sums up. @param met per node: 0.
-template <class Sums>
-__global__ void __launch_bounds__(kBlock) refit_tree(LinkedTree<ReferenceLeaves, Sums> tree, std::uint32_t capacity,
-                                                     std::uint32_t* parents, std::uint32_t* met) {
+/// Boxes of all nodes. @param met per node: 0.
+static __global__ void __launch_bounds__(kBlock) refit_round(ShapeTree shape, std::uint32_t* met) {
   const std::uint32_t i = thread_index();
-  if (i < capacity) RefitStep<LinkedTree<ReferenceLeaves, Sums>>{{tree, capacity, parents}, met}(i);
+  if (i < shape.capacity && !shape.ended()) RefitStep<Shape>{shape.parented(), met, shape.height}(i);
+}
+
+/// Boxes and plans of all nodes. @param met per node: 0.
+static __global__ void __launch_bounds__(kBlock)
+    refit_tree(PlannedTree tree, std::uint32_t capacity, std::uint32_t* parents, std::uint32_t* met) {
+  const std::uint32_t i = thread_index();
+  if (i < capacity) RefitStep<PlannedTree>{{tree, capacity, parents}, met}(i);
 }
 
 /// Whether the tree needs more stack entries than a file may say.
@@ -66,12 +89,12 @@ inline __device__ bool is_too_deep(const PlannedTree& tree) {
 
 static __global__ void note_depth(PlannedTree tree, std::uint32_t* too_deep) { *too_deep = is_too_deep(tree) ? 1 : 0; }
 
-/// A tree that is too deep becomes again what it was: its nodes, their parents, their plans.
+/// A tree that is too deep becomes again what it was: its links, their parents, its boxes and plans.
 static __global__ void __launch_bounds__(kBlock)
-    restore_nodes(ShapeTree shape, const LinkedNode* before, std::uint32_t* met, const std::uint32_t* too_deep) {
+    restore_links(ShapeTree shape, const NodeLinks* before, std::uint32_t* met, const std::uint32_t* too_deep) {
   const std::uint32_t i = thread_index();
   if (i >= shape.capacity || *too_deep == 0) return;
-  shape.tree.nodes[i] = before[i];
+  for (unsigned side = 0; side < 2; ++side) shape.tree.nodes[i].child[side] = before[i].child[side];
   met[i] = 0;
   shape.parents[i] = shape.parents[shape.capacity + i] = kInvalidId;
 }

@@ -19,7 +19,8 @@ template <class Engine, class Tree> void reinsert(Engine& engine, const Parented
   auto met = engine.template allocate<std::uint32_t>(leaves);
   tree.parent(*tree.tree.root) = kInvalidId;
   engine.for_each(leaves - 1, SetParentsStep<Tree>{tree});
-  for (unsigned round = 0; round < rounds; ++round) {
+  std::uint32_t height = 0;
+  for (unsigned round = 0; round < rounds && height <= kMostReinsertionHeight; ++round) {
     engine.fill(bids.span(), ReinsertionBids{0, 0});
     engine.fill(met.span(), 0u);
     const Lookers lookers{Lookers::kUsualShift, round % (1u << Lookers::kUsualShift)};
@@ -27,7 +28,7 @@ template <class Engine, class Tree> void reinsert(Engine& engine, const Parented
     engine.for_each(looking, BidReinsertionStep<Tree>{tree, lookers, found.data(), bids.data()});
     engine.for_each(looking, GrantReinsertionStep<Tree>{tree, lookers, found.data(), bids.data(), granted.data()});
     engine.for_each(looking, ReinsertStep<Tree>{tree, lookers, found.data(), granted.data()});
-    engine.for_each(leaves, RefitStep<Tree>{tree, met.data()});
+    engine.for_each(leaves, RefitStep<Tree>{tree, met.data(), &height});
   }
 }
 

@@ -14,6 +14,12 @@
 
 namespace hiprt::build {
 
+/// Rounds of reinsertion end when a path from the root to a leaf has more nodes. Where very many boxes overlap, moves
+/// make chains: each round makes the tree deeper and gains little, and a climb to the root takes longer. A tree of 100
+/// levels fits into every file: CollapsePlan::need is at most 120 after 40 levels and grows by one per level from
+/// there.
+inline constexpr std::uint32_t kMostReinsertionHeight = 100;
+
 /// The best new position of a subtree. gain 0: it stays.
 struct Reinsertion {
   float gain;          ///< Area that inner nodes lose.

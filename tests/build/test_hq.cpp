@@ -68,6 +68,12 @@ struct RandomTree {
     REQUIRE(same(box, node.box));
     return area;
   }
+  /// Nodes on the longest path down from @p ref, a leaf included.
+  std::uint32_t height(LinkedRef ref) const {
+    if ((ref & kLinkedLeaf) != 0) return 1;
+    const LinkedNode& node = nodes.at(ref);
+    return 1 + std::max(height(node.child[0]), height(node.child[1]));
+  }
   double area() {
     std::set<std::uint32_t> leaves;
     const double result = check(root, leaves);
@@ -263,6 +269,54 @@ TEST_CASE("rounds of reinsertion never increase the area, also in trees of one t
     CHECK(after <= before);
     if (count == 1000) CHECK(after < 0.5 * before);
   }
+}
+
+TEST_CASE("a refit tells the height of a tree") {
+  Random random(4);
+  for (const std::uint32_t count : {1u, 2u, 3u, 17u, 300u}) {
+    RandomTree tree(random, count);
+    tree.set_parents();
+    // A single leaf is below no node: nothing is refitted.
+    std::uint32_t height = 1;
+    std::fill(tree.met.begin(), tree.met.end(), 0u);
+    for (std::uint32_t i = 0; i < count; ++i) RefitStep<Linked>{tree.tree(), tree.met.data(), &height}(i);
+    CHECK(height == tree.height(tree.root));
+    tree.area();
+  }
+}
+
+TEST_CASE("rounds of reinsertion end with the one that makes the tree too high") {
+  // Boxes around the origin, each a little smaller: the smallest area is that of a chain.
+  constexpr std::uint32_t kBoxes = 400;
+  Random random(6);
+  RandomTree start(random, kBoxes);
+  for (std::uint32_t i = 0; i < kBoxes; ++i) {
+    const float s = 1.0f - static_cast<float>(i) / (2 * kBoxes);
+    start.boxes[i] = Box{{-s, -s, -s}, {s, s, s}};
+  }
+  start.set_parents();
+  start.refit();
+  std::uint32_t height = start.height(start.root);
+  double area = start.area();
+  REQUIRE(height < kMostReinsertionHeight);
+  Machine machine;
+  unsigned ended_after = 0;
+  for (unsigned rounds = 1; rounds <= 40; ++rounds) {
+    RandomTree tree = start;
+    reinsert(machine.engine, tree.tree(), rounds);
+    const double now = tree.area();
+    CAPTURE(rounds, height, tree.height(tree.root));
+    if (height > kMostReinsertionHeight) {
+      if (ended_after == 0) ended_after = rounds - 1;
+      CHECK(now == area);
+    } else {
+      CHECK(now < area);
+    }
+    height = tree.height(tree.root);
+    area = now;
+  }
+  CHECK(ended_after > 2);
+  CHECK(ended_after < 39);
 }
 
 namespace {

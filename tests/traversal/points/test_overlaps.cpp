@@ -189,7 +189,7 @@ template <class Make> void check(const char* what, const Make& make) {
       found += judge(mesh, first, volume, 0x1p-44 * scale);
     }
   }
-  REQUIRE(found > 100);
+  REQUIRE(found > trials(100));
 }
 
 }  // namespace
@@ -213,7 +213,7 @@ TEST_CASE("overlaps with exact boxes are those of rationals") {
   }
   std::printf("exact boxes, seed %llu: %zu overlaps, conservative %zu\n", static_cast<unsigned long long>(kSeed) + 3,
               found, conservative);
-  REQUIRE((found > 1000 && conservative >= found));
+  REQUIRE((found > trials(1000) && conservative >= found));
 }
 
 TEST_CASE("a box and a triangle on a lattice touch in every way") {
@@ -322,7 +322,7 @@ TEST_CASE("overlaps through instances are those of the placed triangles") {
     REQUIRE((count.state == TraversalState::kFinished && count.count == expected));
     found += expected;
   }
-  REQUIRE(found > 100);
+  REQUIRE(found > trials(100));
 }
 
 TEST_CASE("queries for overlaps fail clearly, and stop when told") {
