@@ -50,8 +50,9 @@ HIPRT_HD HIPRT_FORCE_INLINE Reference part_of(const Reference& whole, const Box&
   return Reference{box, whole.contents, whole.primitive};
 }
 
-/// Loads the box that a record of 32 bytes (Reference, DepthFirstNode) begins with. The fourth lanes are coordinates
-/// too: the integers behind a box would be denormal floats, and CPUs calculate with these a hundred times as slowly.
+/// Loads the box that a record of 32 bytes (Reference, LinkedNode, DepthFirstNode) begins with. The fourth lanes are
+/// coordinates too: the integers behind a box would be denormal floats, and CPUs calculate with these a hundred times
+/// as slowly.
 template <class Record> SimdBox simd_box(const Record& record) {
   static_assert(sizeof(Record) == 32);
   SimdBox box;

@@ -17,7 +17,7 @@ using build::Cluster;
 /// triangles six. Where it takes more, the last block has more to do. With a quarter of a million leaves a round takes
 /// 1 % of the time of a build.
 std::uint32_t launched_rounds(std::uint32_t capacity) {
-  constexpr std::uint32_t kMany = 1u << 19;
+  constexpr std::uint32_t kMany = 3u << 18;
   if (capacity <= kPlocFew) return 0;
   const auto halvings = static_cast<std::uint32_t>(std::bit_width((capacity - 1) / kPlocFew));
   return (capacity < kMany ? 4 : 5) * halvings + 4;

@@ -52,12 +52,9 @@ HIPRT_HD HIPRT_FORCE_INLINE void add_triangle(const Point (&v)[3], unsigned axis
 }
 
 /// The common part; an axis without any keeps the limit's.
-HIPRT_HD HIPRT_FORCE_INLINE SimdBox intersect(SimdBox box, const SimdBox& limit) {
-  box.min = max4(box.min, limit.min);
-  box.max = min4(box.max, limit.max);
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(box.min[axis] <= box.max[axis])) box.min[axis] = limit.min[axis], box.max[axis] = limit.max[axis];
-  return box;
+HIPRT_HD HIPRT_FORCE_INLINE SimdBox intersect(const SimdBox& box, const SimdBox& limit) {
+  const Float4 min = max4(box.min, limit.min), max = min4(box.max, limit.max);
+  return SimdBox{where_not_above(min, max, min, limit.min), where_not_above(min, max, max, limit.max)};
 }
 
 }  // namespace clip_detail

@@ -83,39 +83,41 @@ template <class Tree> struct FindReinsertionStep {
   };
 
   struct Search {
-    Box box;      ///< Of the subtree that moves.
+    FastBox box;  ///< Of the subtree that moves.
     float least;  ///< Half its area: no insertion costs less.
     Reinsertion best{0.0f, kInvalidId, kInvalidId};
     unsigned looks = 0;
 
-    HIPRT_HD explicit Search(const Box& moving) : box(moving), least(half_area(moving)) {}
+    HIPRT_HD explicit Search(const FastBox& moving) : box(moving), least(moving.half_area()) {}
     HIPRT_HD bool may_look_at(unsigned boxes) const { return looks + boxes <= kMostLooks; }
     HIPRT_HD bool may_improve(float saved) const { return saved - least > best.gain; }
 
     /// Looks at the position beside a node. @param saved area that the move would save if it cost nothing.
-    HIPRT_HD Candidate look(LinkedRef ref, const Box& at, std::uint32_t meet, float saved) {
-      const float beside = saved - half_area(unite(at, box));
+    HIPRT_HD Candidate look(LinkedRef ref, const FastBox& at, std::uint32_t meet, float saved) {
+      FastBox both = at;
+      both.add(box);
+      const float beside = saved - both.half_area();
       if (beside > best.gain) best = Reinsertion{beside, ref, meet};
       // For a position below, the node's box grows by the moving box.
-      return Candidate{ref, (ref & kLinkedLeaf) != 0 ? 0.0f : beside + half_area(at)};
+      return Candidate{ref, (ref & kLinkedLeaf) != 0 ? 0.0f : beside + at.half_area()};
     }
   };
 
   HIPRT_HD Reinsertion find(LinkedRef moving) const {
-    Search search(tree.tree.box(moving));
+    Search search(tree.tree.fast_box(moving));
     LinkedRef here = moving;
     std::uint32_t above = tree.parent(moving);
     // The parent is removed. Its other child replaces it.
-    float saved = half_area(tree.tree.nodes[above].box);
-    Box rest = empty_box();
+    float saved = tree.tree.node_box(above).half_area();
+    FastBox rest;
     for (;;) {
       const LinkedRef other = tree.sibling(here);
-      const Box other_box = tree.tree.box(other);
+      const FastBox other_box = tree.tree.fast_box(other);
       ++search.looks;
       if (search.may_improve(saved)) search_below(search.look(other, other_box, above, saved), above, search);
       // For positions outside of its subtree, the node `above` shrinks to `rest`.
-      grow(rest, other_box);
-      if (here != moving) saved += half_area(tree.tree.nodes[above].box) - half_area(rest);
+      rest.add(other_box);
+      if (here != moving) saved += tree.tree.node_box(above).half_area() - rest.half_area();
       here = above;
       above = tree.parents[here];
       if (above == kInvalidId || !search.may_look_at(1)) return search.best;
@@ -131,8 +133,8 @@ template <class Tree> struct FindReinsertionStep {
         const LinkedNode& node = tree.tree.nodes[here.ref];
         const LinkedRef left = node.child[0], right = node.child[1];
         search.looks += 2;
-        const Candidate first = search.look(left, tree.tree.box(left), meet, here.saved);
-        const Candidate second = search.look(right, tree.tree.box(right), meet, here.saved);
+        const Candidate first = search.look(left, tree.tree.fast_box(left), meet, here.saved);
+        const Candidate second = search.look(right, tree.tree.fast_box(right), meet, here.saved);
         const bool first_is_better = first.saved >= second.saved;
         const Candidate later = first_is_better ? second : first;
         if (search.may_improve(later.saved)) open[count++] = later;

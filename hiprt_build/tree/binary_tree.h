@@ -50,10 +50,13 @@ struct ReferenceLeaves {
   const Reference* references;
 
   HIPRT_HD HIPRT_FORCE_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
+#if !HIPRT_DEVICE_CODE
+  FastBox fast_box(std::uint32_t leaf) const { return FastBox{simd_box(references[leaf])}; }
+#endif
 };
 
 /// A tree while it grows. The thread that joins two subtrees has seen both: climb.h says in which order of memory.
-/// @tparam LeafBoxes has Box box(leaf) const.
+/// @tparam LeafBoxes has Box box(leaf) const; and FastBox fast_box(leaf) const, for reinsertion.
 /// @tparam SubtreeSums has join(node, left, right, box) const, called for every node after both of its children.
 template <class LeafBoxes, class SubtreeSums = LeafCounts> struct LinkedTree {
   LeafBoxes leaves;
@@ -64,6 +67,15 @@ template <class LeafBoxes, class SubtreeSums = LeafCounts> struct LinkedTree {
   HIPRT_HD HIPRT_FORCE_INLINE Box box(LinkedRef ref) const {
     return (ref & kLinkedLeaf) != 0 ? leaves.box(ref & ~kLinkedLeaf) : nodes[ref].box;
   }
+#if HIPRT_DEVICE_CODE
+  HIPRT_HD HIPRT_FORCE_INLINE FastBox fast_box(LinkedRef ref) const { return FastBox{box(ref)}; }
+  HIPRT_HD HIPRT_FORCE_INLINE FastBox node_box(std::uint32_t node) const { return FastBox{nodes[node].box}; }
+#else
+  FastBox fast_box(LinkedRef ref) const {
+    return (ref & kLinkedLeaf) != 0 ? leaves.fast_box(ref & ~kLinkedLeaf) : node_box(ref);
+  }
+  FastBox node_box(std::uint32_t node) const { return FastBox{simd_box(nodes[node])}; }
+#endif
   /// Writes inner node @p node over two subtrees. @param box of both.
   HIPRT_HD HIPRT_FORCE_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
     nodes[node] = LinkedNode{box, {left, right}};

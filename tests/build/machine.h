@@ -20,6 +20,7 @@ struct Machine {
 struct BoxLeaves {
   const Box* boxes;
   Box box(std::uint32_t leaf) const { return boxes[leaf]; }
+  FastBox fast_box(std::uint32_t leaf) const { return FastBox{to_simd(boxes[leaf])}; }
 };
 
 inline Box box_at(const Position& low, const Position& size) {
