@@ -5,7 +5,9 @@
 
 #include <benchmarks/common/device_memory.h>
 #include <hiprt_build/gpu/build.h>
+#include <hiprt_build/gpu/device_buffer.h>
 
+#include <span>
 #include <string>
 
 namespace hiprt::bench {

@@ -14,7 +14,7 @@ using namespace build::kernels;
 using build::Cluster;
 
 /// Rounds over many clusters that are launched: in scenes about four halve the number of clusters, in bundles of long
-/// triangles six. Where it takes more, the last block has more to do. With a quarter of a million leaves a round takes
+/// triangles more. The last block makes the rounds that are left. With a quarter of a million leaves a round takes
 /// 1 % of the time of a build.
 std::uint32_t launched_rounds(std::uint32_t capacity) {
   constexpr std::uint32_t kMany = 3u << 18;

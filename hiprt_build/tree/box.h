@@ -100,7 +100,7 @@ HIPRT_HD HIPRT_FORCE_INLINE Box to_box(const SimdBox& box) {
   return Box{{box.min[0], box.min[1], box.min[2]}, {box.max[0], box.max[1], box.max[2]}};
 }
 
-/// A box as it is fastest to calculate with: in vector registers on hosts, as six floats on devices.
+/// The fastest form of a box for calculations: vector registers on hosts, six floats on devices.
 struct FastBox {
 #if HIPRT_DEVICE_CODE
   Box box = empty_box();

@@ -18,34 +18,31 @@
 #include <algorithm>
 
 using namespace hiprt;
+using namespace hiprt::build;
 using namespace hiprt::checks;
-using build::kLinkedLeaf;
-using build::LinkedNode;
-using build::LinkedRef;
-using build::Reference;
 
 namespace {
 
 /// A linked tree of the host's builder sbvh.
 struct HostTree {
-  build::Machine machine;
+  Machine machine;
   std::vector<Reference> references;
   std::vector<LinkedNode> nodes;
   LinkedRef root = kInvalidId;
 
   explicit HostTree(const oracle::Mesh& mesh) {
-    const std::vector<build::TriangleMesh> views{mesh.view()};
-    const build::BuildInput input(build::SceneInput{views, {}});
-    const build::PairedPrimitives leaves = build::pair_primitives(machine.engine, input, false);
+    const std::vector<TriangleMesh> views{mesh.view()};
+    const BuildInput input(SceneInput{views, {}});
+    const PairedPrimitives leaves = pair_primitives(machine.engine, input, false);
     auto whole = machine.engine.allocate<Reference>(leaves.count);
     for (std::size_t i = 0; i < leaves.count; ++i)
-      build::MakeReferenceStep{input.table(), leaves.leaves.span(), whole.span()}(i);
-    const build::DepthFirstTree tree = build::build_sbvh(machine.engine, input.table(), std::move(whole), 3.0, 1e-5f);
+      MakeReferenceStep{input.table(), leaves.leaves.span(), whole.span()}(i);
+    const DepthFirstTree tree = build_sbvh(machine.engine, input.table(), std::move(whole), 3.0, 1e-5f);
     const auto parts = tree.references.span();
     references.assign(parts.begin(), parts.end());
     nodes.assign(references.size(), LinkedNode{{}, {kInvalidId, kInvalidId}});
     std::vector<std::uint32_t> counts(references.size());
-    const build::LinkNodeStep link{tree.nodes.span(), 0, nodes, counts};
+    const LinkNodeStep link{tree.nodes.span(), 0, nodes, counts};
     for (std::size_t i = 0; i < tree.nodes.size(); ++i) link(i);
     root = link.ref(0);
   }
@@ -58,7 +55,7 @@ struct Outcome {
   double area(LinkedRef ref) const {
     if ((ref & kLinkedLeaf) != 0) return 0;
     const LinkedNode& node = nodes[ref];
-    return double{build::half_area(node.box)} + area(node.child[0]) + area(node.child[1]);
+    return double{half_area(node.box)} + area(node.child[0]) + area(node.child[1]);
   }
   /// Nodes on the longest path, a leaf included.
   std::uint32_t height(LinkedRef ref) const {
@@ -77,12 +74,12 @@ Outcome finish(const HostTree& tree, unsigned rounds, std::uint32_t most_height)
   const auto n = static_cast<std::uint32_t>(tree.references.size());
   auto references = must(gpu::DeviceArray<Reference>::from(tree.references, nullptr, allocator));
   auto nodes = must(gpu::DeviceArray<LinkedNode>::from(tree.nodes, nullptr, allocator));
-  auto plans = must(gpu::DeviceArray<build::CollapsePlan>::make(n, nullptr, allocator));
+  auto plans = must(gpu::DeviceArray<CollapsePlan>::make(n, nullptr, allocator));
   auto root = must(gpu::DeviceArray<LinkedRef>::from(std::vector{tree.root}, nullptr, allocator));
   auto scratch = must(gpu::DeviceArray<std::byte>::make(gpu::finish_tree_scratch(n, rounds), nullptr, allocator));
   must(plans.fill(std::byte{0xa5}, nullptr));
   must(scratch.fill(std::byte{0xa5}, nullptr));
-  const build::PlannedTree planned{
+  const PlannedTree planned{
       {references.data()}, nodes.data(), {plans.data(), references.data(), {1.0f, 1.0f, 1.0f, 8}}, root.data()};
   must(gpu::enqueue_finish_tree({planned, n, rounds, most_height}, scratch.data(), nullptr));
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
@@ -93,18 +90,18 @@ Outcome finish(const HostTree& tree, unsigned rounds, std::uint32_t most_height)
 
 TEST_CASE("reinsertion on the device ends when the tree is high, and keeps what it has gained") {
   const HostTree tree(oracle::fan(1500));
-  const Outcome before = finish(tree, 0, build::kMostReinsertionHeight);
+  const Outcome before = finish(tree, 0, kMostReinsertionHeight);
   CHECK(before.has_links_of(tree.nodes));
   Outcome last = before;
   bool ended = false;
   for (const unsigned rounds : {4u, 8u, 12u, 16u, 20u}) {
-    const Outcome now = finish(tree, rounds, build::kMostReinsertionHeight);
+    const Outcome now = finish(tree, rounds, kMostReinsertionHeight);
     CAPTURE(rounds, now.height(tree.root), now.need, now.area(tree.root), last.area(tree.root));
-    CHECK(now.need <= build::kMaxStackBound);
+    CHECK(now.need <= kMaxStackBound);
     if (ended) CHECK(now.has_links_of(last.nodes));
     if (!ended) CHECK(now.area(tree.root) < last.area(tree.root));
     // The round that makes a tree high is the last.
-    ended = now.height(tree.root) > build::kMostReinsertionHeight && rounds != 4;
+    ended = now.height(tree.root) > kMostReinsertionHeight && rounds != 4;
     last = now;
   }
   CHECK(ended);
@@ -114,7 +111,7 @@ TEST_CASE("a tree that reinsertion makes too deep for a file becomes again what 
   const HostTree tree(oracle::fan(4000));
   const Outcome high = finish(tree, 8, 100'000);
   // Chains of so many levels need as many entries.
-  CHECK(high.need <= build::kMaxStackBound);
+  CHECK(high.need <= kMaxStackBound);
   CHECK(high.has_links_of(tree.nodes));
   CHECK(high.area(tree.root) == finish(tree, 0, 100'000).area(tree.root));
   CHECK_FALSE(finish(tree, 3, 100'000).has_links_of(tree.nodes));
