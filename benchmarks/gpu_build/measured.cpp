@@ -56,6 +56,9 @@ nlohmann::json to_json(const Measured& m) {
     json.update({{"compaction_ms", m.compaction_ms}, {"top_level_ms", m.top_level_ms}});
   else
     json.update({{"refit_ms", m.refit_ms},
+                 {"steps_ms", m.steps_ms},
+                 {"scene_ms", m.scene_ms},
+                 {"steps_bytes", m.steps_bytes},
                  {"sah_cost", m.sah_cost},
                  {"pairs", m.report.pairs},
                  {"leaves", m.report.leaves},
@@ -65,7 +68,8 @@ nlohmann::json to_json(const Measured& m) {
 
 std::string table(const std::vector<Measured>& all) {
   MarkdownTable result({"scene", "builder", "triangles", "ms", "Mtri/s", "SAH cost", "pairs / triangle", "nodes / leaf",
-                        "B/tri file", "B/tri output", "B/tri scratch", "refit ms", "refit Mtri/s"});
+                        "B/tri file", "B/tri output", "B/tri scratch", "steps ms", "B/tri steps", "scene ms",
+                        "refit ms", "refit Mtri/s"});
   for (const Measured& m : all) {
     const auto per_triangle = [&](std::uint64_t count) {
       return format_number(static_cast<double>(count) / static_cast<double>(m.triangles), 2);
@@ -75,7 +79,8 @@ std::string table(const std::vector<Measured>& all) {
                 format_number(rate(m, m.median_ms), 0), ours(m.sah_cost, 3),
                 m.vulkan ? "" : per_triangle(m.report.pairs),
                 ours(double{1} * m.report.nodes / std::max(1u, m.report.leaves), 3), per_triangle(m.file_bytes),
-                per_triangle(m.output_bytes), per_triangle(m.scratch_bytes), ours(m.refit_ms, 3),
+                per_triangle(m.output_bytes), per_triangle(m.scratch_bytes), ours(m.steps_ms, 3),
+                m.vulkan ? "" : per_triangle(m.steps_bytes), ours(m.scene_ms, 3), ours(m.refit_ms, 3),
                 ours(rate(m, m.refit_ms), 0)});
   }
   return result.text();

@@ -22,6 +22,9 @@ struct Measured {
   double min_ms = 0, median_ms = 0, max_ms = 0;
   // Ours only.
   double sah_cost = 0, refit_ms = 0;
+  double steps_ms = 0;            ///< Median time of the device for the same build by gpu::BuildSteps.
+  double scene_ms = 0;            ///< Median time of the host for gpu::build_scene(), with its memory.
+  std::uint64_t steps_bytes = 0;  ///< The most that the steps hold at once.
   gpu::BuildReport report{};
   // Vulkan's only.
   bool vulkan = false;

@@ -5,11 +5,13 @@
 #include <benchmarks/common/gpu_medians.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/validate.h>
+#include <hiprt_build/gpu/build_steps.h>
 #include <hiprt_build/gpu/device.h>
 #include <hiprt_build/gpu/refit.h>
 #include <hiprt_build/statistics.h>
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 #include <utility>
 
@@ -43,6 +45,60 @@ Result<void> time_builds(const DeviceMesh& mesh, const gpu::BuildOptions& option
     if (i >= 3) milliseconds.push_back(double{*took});
   }
   std::sort(milliseconds.begin(), milliseconds.end());
+  return {};
+}
+
+double median(std::vector<double>& values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+/// One build in steps. @return milliseconds of the device. @param most receives the bytes that it held at once.
+Result<double> build_in_steps(const gpu::DeviceGeometry& geometry, const gpu::BuildOptions& options, hipStream_t stream,
+                              std::uint64_t& most) {
+  auto steps = gpu::BuildSteps::make({&geometry, 1}, options);
+  if (!steps) return tl::unexpected(std::move(steps.error()));
+  auto watch = gpu::StreamTimer::make();
+  if (!watch) return tl::unexpected(watch.error());
+  gpu::DeviceBuffer scene;
+  double sum = 0;
+  while (!steps->done()) {
+    auto output = gpu::DeviceBuffer::make(steps->sizes().output, stream, device_memory());
+    if (!output) return tl::unexpected(output.error());
+    auto scratch = gpu::DeviceBuffer::make(steps->sizes().scratch, stream, device_memory());
+    if (!scratch) return tl::unexpected(scratch.error());
+    most = std::max<std::uint64_t>(most, scene.size() + output->size() + scratch->size());
+    auto done = watch->start(stream);
+    if (done) done = steps->enqueue(output->data(), scratch->data(), stream);
+    if (done) done = watch->stop(stream);
+    if (done) done = steps->wait();
+    if (!done) return tl::unexpected(done.error());
+    const auto took = watch->milliseconds();
+    if (!took) return tl::unexpected(took.error());
+    sum += double{*took};
+    scene = std::move(*output);
+  }
+  return sum;
+}
+
+/// Builds in steps, and builds by build_scene().
+Result<void> time_steps(const DeviceMesh& mesh, const gpu::BuildOptions& options, unsigned repeats, hipStream_t stream,
+                        Measured& measured) {
+  const gpu::DeviceGeometry geometry = mesh.geometry();
+  std::vector<double> device, host;
+  for (unsigned i = 0; i < repeats + 3; ++i) {
+    const auto milliseconds = build_in_steps(geometry, options, stream, measured.steps_bytes);
+    if (!milliseconds) return tl::unexpected(milliseconds.error());
+    const auto start = std::chrono::steady_clock::now();
+    const auto scene = gpu::build_scene({&geometry, 1}, options, stream, device_memory());
+    if (!scene) return tl::unexpected(scene.error());
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+    if (i < 3) continue;
+    device.push_back(*milliseconds);
+    host.push_back(took.count());
+  }
+  measured.steps_ms = median(device);
+  measured.scene_ms = median(host);
   return {};
 }
 
@@ -137,6 +193,10 @@ Result<Measured> measure(const DeviceMesh& mesh, const std::string& builder_name
   const auto report = gpu::enqueue_build({&geometry, 1}, build_options, output->data(), scratch->data(), stream);
   if (!report) return tl::unexpected(report.error());
   if (auto judged = judge(mesh, *report, bench, stream, result); !judged) return tl::unexpected(judged.error());
+  output->release();
+  scratch->release();
+  if (auto timed = time_steps(mesh, build_options, bench.repeats, stream, result); !timed)
+    return tl::unexpected(timed.error());
   return result;
 }
 

@@ -50,17 +50,22 @@ std::uint32_t capacity_after(std::uint32_t count, double budget) {
 }
 
 /// Of the stages that run one after the other the largest.
-std::uint64_t stage_scratch(const BuildPlan& plan) {
+std::uint64_t stage_scratch(const BuildPlan& plan, bool split, bool rest) {
   std::uint64_t most = 0;
-  if (plan.presplits()) most = std::max(most, presplit_scratch(plan.primitives, plan.pieces));
-  if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.capacity, plan.tuning()));
-  if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.capacity));
-  if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.capacity, plan.rounds));
+  const auto need = [&](std::uint64_t bytes) { most = std::max(most, bytes); };
+  if (split) {
+    if (plan.presplits()) need(presplit_scratch(plan.primitives, plan.pieces));
+    if (plan.from_top()) need(top_down_scratch(plan.references(), plan.slots, plan.tuning()));
+  }
+  if (!rest) return most;
+  if (plan.gapped()) need(compact_tree_scratch(plan.slots));
+  if (plan.builder == Builder::kPloc) need(ploc_scratch(plan.capacity));
+  if (plan.finishes()) need(finish_tree_scratch(plan.capacity, plan.rounds));
   if (plan.imports()) {
     Arena arena;
     build::GpuImport job{};
     build::GpuImport::take(arena, plan.primitives, plan.imported_leaves, job);
-    most = std::max(most, arena.size());
+    need(arena.size());
   }
   return most;
 }
@@ -71,8 +76,26 @@ void plan_import(BuildPlan& plan, std::span<const DeviceGeometry> geometries, st
   plan.imported_leaves = leaves;
   plan.pairs = geometries[0].pairs != nullptr && geometries[0].pair_count != 0;
   plan.presplit_budget = plan.split_budget = 1.0;
-  plan.pieces = plan.primitives;
-  plan.capacity = plan.pairs ? 2 * leaves : leaves;
+  plan.whole = plan.pieces = plan.primitives;
+  plan.slots = plan.capacity = plan.wide = plan.pairs ? 2 * leaves : leaves;
+}
+
+struct Transient {
+  Reference* references;
+  EdgeTableScratch pairing;
+  GappedTree gapped;
+  TreeScratch tree;
+};
+
+/// What is needed until the binary tree is complete. Pairing is over before the tree begins.
+Transient take_transient(Arena& arena, const BuildPlan& plan, const TreeMemory& tree) {
+  auto* references = arena.take<Reference>(plan.primitives);
+  Arena before = arena;
+  const EdgeTableScratch pairing = plan.pairs ? EdgeTableScratch::take(before, plan.primitives) : EdgeTableScratch{};
+  const GappedTree gapped = plan.gapped() ? GappedTree::take(arena, plan.slots) : GappedTree{};
+  const TreeScratch scratch(arena, plan, tree, true, true);
+  arena.skip(before);
+  return {references, pairing, gapped, scratch};
 }
 
 /// What is wrong with a stride, or nothing.
@@ -122,54 +145,77 @@ Result<void> check_arrays(const DeviceGeometry& geometry, std::size_t i) {
   return fail(ErrorCode::kInvalidInput, "geometry ", i, ": ", fault);
 }
 
-Transient::Transient(Arena& arena, const BuildPlan& plan) : references(arena.take<Reference>(plan.primitives)) {
-  const std::uint32_t n = plan.pieces;
-  Arena before = arena;
-  if (plan.pairs) pairing = EdgeTableScratch::take(before, plan.primitives);
-  if (plan.presplits()) parts = arena.take<Reference>(n);
-  if (!plan.from_top() && !plan.imports()) {
-    for (unsigned i = 0; i < 2; ++i) {
-      sort.keys[i] = arena.take<std::uint64_t>(n);
-      sort.values[i] = arena.take<std::uint32_t>(n);
-    }
-    sort_temp = arena.take<std::byte>(plan.sort_bytes);
-    if (!plan.splits()) sorted.references = arena.take<Reference>(n);
-    sorted.levels = arena.take<std::uint8_t>(n);
-    sorted.met = arena.take<std::uint32_t>(n);
-    kept = arena.take<KeptCluster>(n);
-  } else if (!plan.splits()) {
-    sorted.references = arena.take<Reference>(n);
-  }
-  stage = arena.take<std::byte>(stage_scratch(plan));
-  arena.skip(before);
-}
-
-Kept::Kept(Arena& arena, const BuildPlan& plan) {
+TreeMemory::TreeMemory(Arena& arena, const BuildPlan& plan) {
   const std::uint32_t n = plan.capacity;
-  state = arena.take<build::kernels::BuildState>(1);
-  geometries = arena.take<build::GeometryView>(plan.geometries);
   primitives = arena.take<LeafPrimitives>(n);
+  Arena before = arena;
   nodes = arena.take<LinkedNode>(n);
   plans = arena.take<build::CollapsePlan>(n);
+  if (plan.sorts()) {
+    for (unsigned i = 0; i < 2; ++i) {
+      sort.keys[i] = before.take<std::uint64_t>(plan.references());
+      sort.values[i] = before.take<std::uint32_t>(plan.references());
+    }
+    sort_temp = before.take<std::byte>(plan.sort_bytes);
+  }
+  arena.skip(before);
   if (!plan.splits()) return;
   leaves = arena.take<Reference>(n);
   if (plan.layout == NodeLayout::kHalf || plan.layout == NodeLayout::kQuantized) leaf_boxes = arena.take<Box>(n);
 }
 
+TreeScratch::TreeScratch(Arena& arena, const BuildPlan& plan, const TreeMemory& tree, bool split, bool rest) {
+  const std::uint32_t n = plan.pieces;
+  if (split && plan.presplits()) parts = arena.take<Reference>(n);
+  if (rest) {
+    sorted.references = plan.splits() ? tree.leaves : arena.take<Reference>(n);
+    sorted.primitives = tree.primitives;
+    if (plan.sorts()) {
+      sorted.levels = arena.take<std::uint8_t>(n);
+      sorted.met = arena.take<std::uint32_t>(n);
+      if (plan.builder == Builder::kHploc) kept = arena.take<KeptCluster>(n);
+    }
+  }
+  stage = arena.take<std::byte>(stage_scratch(plan, split, rest));
+}
+
 Layouts::Layouts(const BuildPlan& build_plan)
-    : plan(build_plan),
-      file(tree_layout(plan.layout, {plan.capacity, plan.capacity, plan.primitives, plan.geometries})) {
+    : plan(build_plan), file(tree_layout(plan.layout, {plan.wide, plan.capacity, plan.primitives, plan.geometries})) {
   report = align_up(file.byte_size(), kDeviceAlignment);
   Arena arena, kept_arena;
-  Transient(arena, plan);
-  Kept(kept_arena, plan);
+  Head(kept_arena, plan);
+  const TreeMemory tree(kept_arena, plan);
+  take_transient(arena, plan, tree);
   transient = arena.size();
   kept = kept_arena.size();
   transient_in_output = transient_offset() + transient <= file[kPrimitiveMapAt].offset;
 }
 
-Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& wanted,
-                           std::uint32_t imported_leaves) {
+BuildMemory Layouts::memory(std::byte* output, std::byte* scratch) const {
+  Arena transient_arena(transient_in_output ? output + transient_offset() : scratch + kept), kept_arena(scratch);
+  const Head head(kept_arena, plan);
+  const TreeMemory tree(kept_arena, plan);
+  const Transient parts = take_transient(transient_arena, plan, tree);
+  return {head, parts.references, parts.pairing, parts.gapped, tree, parts.tree};
+}
+
+BuildOutput Layouts::output(std::byte* base) const {
+  return {base, file, reinterpret_cast<GeometryRecord*>(base + file[kGeometriesAt].offset),
+          reinterpret_cast<BuildReport*>(base + report)};
+}
+
+Result<void> plan_leaves(BuildPlan& plan, std::uint32_t leaves) {
+  plan.whole = leaves;
+  plan.pieces = capacity_after(leaves, plan.presplit_budget);
+  plan.slots = plan.from_top() ? capacity_after(plan.pieces, plan.split_budget) : plan.pieces;
+  plan.capacity = plan.wide = plan.slots;
+  build::SortBuffers none{};
+  if (!plan.sorts()) return {};
+  return build::sort_pairs(nullptr, plan.sort_bytes, none, plan.references(), nullptr);
+}
+
+Result<BuildPlan> plan_memory(std::span<const DeviceGeometry> geometries, const BuildOptions& wanted,
+                              std::uint32_t imported_leaves) {
   if (auto checked = check_options(wanted); !checked) return tl::unexpected(std::move(checked.error()));
   const BuildOptions options = build::with_defaults(wanted);
   const auto primitives = check_geometries(geometries);
@@ -185,18 +231,22 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
   plan.split_budget = whole || options.builder == Builder::kSah ? 1.0 : *options.split_budget;
   plan.rounds = *options.reinsertion_rounds;
   plan.radius = options.ploc_radius;
-  plan.pieces = capacity_after(plan.primitives, plan.presplit_budget);
-  plan.capacity = plan.from_top() ? capacity_after(plan.pieces, plan.split_budget) : plan.pieces;
-  if (imported_leaves != 0) plan_import(plan, geometries, imported_leaves);
-  build::SortBuffers none{};
-  if (!plan.from_top() && !plan.imports())
-    if (auto asked = build::sort_pairs(nullptr, plan.sort_bytes, none, plan.pieces, nullptr); !asked)
-      return tl::unexpected(std::move(asked.error()));
-  const Layouts layouts(plan);
+  if (imported_leaves != 0)
+    plan_import(plan, geometries, imported_leaves);
+  else if (auto planned = plan_leaves(plan, plan.primitives); !planned)
+    return tl::unexpected(std::move(planned.error()));
+  return plan;
+}
+
+Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
+                           std::uint32_t imported_leaves) {
+  const auto plan = plan_memory(geometries, options, imported_leaves);
+  if (!plan) return tl::unexpected(plan.error());
+  const Layouts layouts(*plan);
   if (layouts.file[kPrimitiveMapAt].offset > kAddressLimit)
-    return fail(ErrorCode::kTooLarge, plan.primitives, " primitives: their nodes and leaves may end at byte ",
+    return fail(ErrorCode::kTooLarge, plan->primitives, " primitives: their nodes and leaves may end at byte ",
                 layouts.file[kPrimitiveMapAt].offset, ", a node reference addresses ", kAddressLimit,
-                ". A smaller split_budget or presplit_budget reserves less");
+                ". A smaller split_budget or presplit_budget reserves less; BuildSteps reserves what is needed");
   return layouts;
 }
 

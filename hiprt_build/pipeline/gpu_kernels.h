@@ -23,6 +23,7 @@ static __global__ void start(BuildState* state) {
   state->counts = GroupCounts{};
   state->whole = kInvalidId;
   state->root = kInvalidId;
+  state->nodes = 0;
   state->too_deep = 0;
   state->bad_node = kInvalidId;
   state->missing = 0;
@@ -87,12 +88,16 @@ inline __device__ FeatureMask find_features(const OutputPlan& plan, const BuildS
   return features;
 }
 
-inline __device__ FinishedTree finish_tree(const OutputPlan& plan, const CollapsePlan* plans, const BuildState& state) {
+/// Of a complete binary tree.
+static __global__ void count_nodes(const CollapsePlan* plans, BuildState* state) {
+  const bool inner = state->counts.leaves != 0 && (state->root & kLinkedLeaf) == 0;
+  state->nodes = inner && !plans[state->root].is_run() ? plans[state->root].nodes : 0;
+}
+
+inline __device__ FinishedTree finish_tree(const OutputPlan& plan, const BuildState& state) {
   const GroupCounts& counts = state.counts;
-  const LinkedRef root = state.root;
-  const bool is_leaf = (root & kLinkedLeaf) != 0, is_run = counts.leaves != 0 && (is_leaf || plans[root].is_run());
-  FinishedTree tree{kInvalidRef, counts.leaves == 0 || is_run ? 0u : plans[root].nodes, find_features(plan, state),
-                    state.wide.stack_need > kMaxStackBound,
+  const bool is_run = counts.leaves != 0 && state.nodes == 0;
+  FinishedTree tree{kInvalidRef, state.nodes, find_features(plan, state), state.wide.stack_need > kMaxStackBound,
                     plan.layout == NodeLayout::kQuantized && !is_quantizable(state.bounds.get())};
   if (is_run && !tree.too_large)
     tree.root = make_ref(plan.sections[kLeavesAt].offset,
@@ -125,9 +130,9 @@ inline __device__ void write_head(OutputPlan& plan, const FinishedTree& tree, co
 }
 
 /// Writes header, section table and report.
-static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const BuildState* state) {
+static __global__ void finish(OutputPlan plan, const BuildState* state) {
   const GroupCounts& counts = state->counts;
-  const FinishedTree tree = finish_tree(plan, plans, *state);
+  const FinishedTree tree = finish_tree(plan, *state);
   write_head(plan, tree, *state);
   BuildReport report;
   report.view.base = plan.base;

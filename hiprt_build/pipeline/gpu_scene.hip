@@ -3,8 +3,8 @@
 
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/launch.h>
+#include <hiprt_build/pipeline/gpu_build_job.h>
 #include <hiprt_build/pipeline/gpu_file.h>
-#include <hiprt_build/pipeline/gpu_state.h>
 
 #include <algorithm>
 
@@ -55,14 +55,7 @@ Result<void> move_sections(const Downloaded& from, const FileLayout& file, std::
              reinterpret_cast<const Node*>(base + sections[kNodesAt].offset),
              reinterpret_cast<Node*>(to + file[kNodesAt].offset), from.report.nodes, sections[kLeavesAt].offset,
              static_cast<std::uint32_t>(back / kNodeGranularity));
-  // Zero bytes between the sections.
-  std::uint64_t end = kHeadSize;
-  for (unsigned i = 0; i < kTreeSections && done; ++i) {
-    const SectionEntry& section = file[i];
-    const std::uint64_t gap = std::min(section.offset, file.byte_size()) - std::min(end, file.byte_size());
-    if (gap != 0) done = check(hipMemsetAsync(to + end, 0, gap, stream), "hipMemsetAsync", gap, " bytes");
-    end = section.offset + section.count * section.stride;
-  }
+  if (done) done = clear_gaps(to, file, stream);
   for (unsigned i = kLeavesAt; i < kProvenanceAt && done; ++i)
     done = copy(to + file[i].offset, base + sections[i].offset, file[i].count * file[i].stride, hipMemcpyDeviceToDevice,
                 stream);
@@ -71,20 +64,37 @@ Result<void> move_sections(const Downloaded& from, const FileLayout& file, std::
 
 }  // namespace
 
+Result<void> clear_gaps(std::byte* base, const FileLayout& file, hipStream_t stream) {
+  std::uint64_t end = kHeadSize;
+  for (const SectionEntry& section : file) {
+    const std::uint64_t gap = std::min(section.offset, file.byte_size()) - std::min(end, file.byte_size());
+    if (gap != 0)
+      if (auto done = check(hipMemsetAsync(base + end, 0, gap, stream), "hipMemsetAsync", gap, " bytes"); !done)
+        return done;
+    end = section.offset + section.count * section.stride;
+  }
+  return {};
+}
+
+Result<void> check_report(const BuildReport& report) {
+  if (report.status == BuildStatus::kTooDeep)
+    return fail(ErrorCode::kTooLarge, "the tree needs ", report.view.stack_bound, " stack entries, the limit is ",
+                build::kMaxStackBound);
+  if (report.status == BuildStatus::kTooLarge)
+    return fail(
+        ErrorCode::kInvalidInput,
+        "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; float, planes and half can");
+  if (report.status == BuildStatus::kBadTree)
+    return fail(ErrorCode::kInvalidInput, "the imported nodes do not form a tree: see node ", report.bad_node,
+                " (numbers from the number of nodes on are leaves)");
+  return {};
+}
+
 Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Allocator& allocator) {
   Downloaded from;
   auto done = copy(&from.report, report, sizeof(from.report), hipMemcpyDeviceToHost, stream);
   if (done) done = wait(stream);
-  if (done && from.report.status == BuildStatus::kTooDeep)
-    done = fail(ErrorCode::kTooLarge, "the tree needs ", from.report.view.stack_bound, " stack entries, the limit is ",
-                build::kMaxStackBound);
-  if (done && from.report.status == BuildStatus::kTooLarge)
-    done = fail(
-        ErrorCode::kInvalidInput,
-        "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; float, planes and half can");
-  if (done && from.report.status == BuildStatus::kBadTree)
-    done = fail(ErrorCode::kInvalidInput, "the imported nodes do not form a tree: see node ", from.report.bad_node,
-                " (numbers from the number of nodes on are leaves)");
+  if (done) done = check_report(from.report);
   if (done) done = copy(from.head.data(), from.report.view.base, kHeadSize, hipMemcpyDeviceToHost, stream);
   if (done) done = wait(stream);
   if (!done) return tl::unexpected(std::move(done.error()));
@@ -110,23 +120,6 @@ Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Alloca
   scene.view.geometries = reinterpret_cast<const GeometryRecord*>(to + file[kGeometriesAt].offset);
   scene.view.root = header.root;
   scene.report.view = scene.view;
-  return scene;
-}
-
-Result<BuiltScene> build_scene(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
-                               hipStream_t stream, Allocator& allocator) {
-  const auto sizes = build_sizes(geometries, options);
-  if (!sizes) return tl::unexpected(sizes.error());
-  auto output = DeviceBuffer::make(sizes->output, stream, allocator);
-  if (!output) return tl::unexpected(std::move(output.error()));
-  auto scratch = DeviceBuffer::make(sizes->scratch, stream, allocator);
-  if (!scratch) return tl::unexpected(std::move(scratch.error()));
-  const auto report = enqueue_build(geometries, options, output->data(), scratch->data(), stream);
-  if (!report) return tl::unexpected(report.error());
-  auto scene = compact(*report, stream, allocator);
-  if (scene && scene->report.status == BuildStatus::kBadIndex)
-    return fail(ErrorCode::kInvalidInput, scene->report.bad_indices,
-                " triangles have an index beyond their mesh's positions");
   return scene;
 }
 

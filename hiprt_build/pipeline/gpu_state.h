@@ -67,6 +67,7 @@ struct BuildState {
   GroupCounts counts;
   std::uint32_t whole;  ///< Leaves before splits; kInvalidId if nothing is split.
   LinkedRef root;
+  std::uint32_t nodes;     ///< Of the file.
   std::uint32_t bad_node;  ///< Of an imported tree; kInvalidId: none.
   std::uint32_t missing;   ///< Primitives that an imported tree has no leaf for.
   std::uint32_t too_deep;  ///< H-PLOC's tree: lbvh_again() makes another.

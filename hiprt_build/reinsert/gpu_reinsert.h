@@ -12,7 +12,8 @@ struct TreeInput {
   /// may be uninitialised and are written.
   build::PlannedTree tree;
   std::uint32_t capacity;
-  unsigned rounds;                                            ///< Of reinsertion.
+  const std::uint32_t* leaves;  ///< On the device: how many, if neither leaves nor nodes have gaps; else nullptr.
+  unsigned rounds;              ///< Of reinsertion.
   std::uint32_t most_height = build::kMostReinsertionHeight;  ///< Tests choose others.
 };
 

@@ -13,7 +13,7 @@ using build::Reinsertion;
 using build::ReinsertionBids;
 
 struct ReinsertScratch {
-  std::uint32_t looking;
+  std::uint32_t subtrees, looking;
   std::uint32_t* parents;
   ReinsertionBids* bids = nullptr;
   std::uint32_t* met;  ///< Behind the bids, so that one call clears both.
@@ -23,9 +23,10 @@ struct ReinsertScratch {
   std::uint32_t *height = nullptr, *too_deep = nullptr;
 
   ReinsertScratch(Arena& arena, std::uint32_t capacity, unsigned rounds)
-      : looking(Lookers::count(2 * capacity, Lookers::kUsualShift)),
-        parents(arena.take<std::uint32_t>(2 * std::uint64_t{capacity})) {
-    if (rounds != 0) bids = arena.take<ReinsertionBids>(2 * std::uint64_t{capacity});
+      : subtrees(2 * (capacity + TreeSize::kRoom)),
+        looking(Lookers::count(subtrees, Lookers::kUsualShift)),
+        parents(arena.take<std::uint32_t>(subtrees)) {
+    if (rounds != 0) bids = arena.take<ReinsertionBids>(subtrees);
     met = arena.take<std::uint32_t>(capacity);
     if (rounds == 0) return;
     found = arena.take<Reinsertion>(looking);
@@ -56,10 +57,11 @@ Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* memory, hipS
   const build::PlannedTree& tree = input.tree;
   Arena arena(memory);
   const ReinsertScratch scratch(arena, capacity, input.rounds);
+  const TreeSize size{capacity, input.leaves};
   const ShapeTree shape{
-      {tree.leaves, tree.nodes, {}, tree.root}, capacity, scratch.parents, scratch.height, input.most_height};
+      {tree.leaves, tree.nodes, {}, tree.root}, size, scratch.parents, scratch.height, input.most_height};
   Launcher steps(stream);
-  steps.fill_bytes("parents", scratch.parents, 2 * std::uint64_t{capacity}, 0xff);
+  steps.fill_bytes("parents", scratch.parents, scratch.subtrees, 0xff);
   steps.each(capacity, "set_parents", set_parents, shape);
   if (input.rounds != 0) steps.each(capacity, "start_rounds", start_rounds, shape, scratch.before);
   for (unsigned round = 0; round < input.rounds; ++round) {
@@ -75,13 +77,12 @@ Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* memory, hipS
     if (round + 1 < input.rounds) steps.each(capacity, "refit_round", refit_round, shape, scratch.met);
   }
   if (input.rounds == 0) scratch.clear(steps, capacity);
-  steps.each(capacity, "refit_tree", refit_tree, tree, capacity, scratch.parents, scratch.met);
+  steps.each(capacity, "refit_tree", refit_tree, tree, size, scratch.parents, scratch.met);
   if (input.rounds != 0) {
     steps.one("note_depth", note_depth, tree, scratch.too_deep);
     steps.each(capacity, "restore_links", restore_links, shape, scratch.before, scratch.met, scratch.too_deep);
     steps.each(capacity, "restore_parents", restore_parents, shape, scratch.too_deep);
-    steps.each(capacity, "restore_plans", restore_plans, tree, capacity, scratch.parents, scratch.met,
-               scratch.too_deep);
+    steps.each(capacity, "restore_plans", restore_plans, tree, size, scratch.parents, scratch.met, scratch.too_deep);
   }
   return steps.result();
 }

@@ -6,16 +6,35 @@
 
 namespace hiprt::build::kernels {
 
+/// How many leaves a tree has. Without a count its numbers may have gaps.
+struct TreeSize {
+  /// A leaf and the node of the same number are neighbours: if both searched in the same round, their moves would
+  /// conflict. So the leaves' turn comes half a cycle later. Arrays over subtrees need kRoom more places for each half.
+  static constexpr std::uint32_t kCycle = 1u << Lookers::kUsualShift, kRoom = kCycle - 1;
+
+  std::uint32_t capacity;
+  const std::uint32_t* leaves;  ///< On the device; nullptr: there is no count.
+
+  HIPRT_HD std::uint32_t operator()() const { return leaves != nullptr && *leaves < capacity ? *leaves : capacity; }
+  /// ParentedTree::leaves: leaf k has this number + k.
+  HIPRT_HD std::uint32_t first_leaf() const {
+    const std::uint32_t n = (*this)();
+    return n + (kCycle / 2 - n) % kCycle;
+  }
+};
+
 /// While nodes move, nothing is summed up.
 struct ShapeTree {
   LinkedTree<ReferenceLeaves, NoSums> tree;
-  std::uint32_t capacity;
-  std::uint32_t* parents;  ///< [2 capacity]: kInvalidId where there is none.
+  TreeSize size;
+  std::uint32_t* parents;  ///< [2 first_leaf()]: kInvalidId where there is none.
   std::uint32_t* height;   ///< RefitStep::height after a round; 0 before. nullptr without rounds.
   std::uint32_t most_height;
 
   HIPRT_HD bool ended() const { return *height > most_height; }
-  HIPRT_HD ParentedTree<LinkedTree<ReferenceLeaves, NoSums>> parented() const { return {tree, capacity, parents}; }
+  HIPRT_HD ParentedTree<LinkedTree<ReferenceLeaves, NoSums>> parented() const {
+    return {tree, size.first_leaf(), parents};
+  }
 };
 using Shape = LinkedTree<ReferenceLeaves, NoSums>;
 
@@ -26,7 +45,7 @@ inline __device__ bool has_node(const LinkedNode* nodes, std::uint32_t i) {
 
 static __global__ void __launch_bounds__(kBlock) set_parents(ShapeTree shape) {
   const std::uint32_t i = thread_index();
-  if (i < shape.capacity && has_node(shape.tree.nodes, i)) SetParentsStep<Shape>{shape.parented()}(i - 1);
+  if (i < shape.size() && has_node(shape.tree.nodes, i)) SetParentsStep<Shape>{shape.parented()}(i - 1);
 }
 
 /// The children of an inner node.
@@ -37,7 +56,7 @@ struct NodeLinks {
 static __global__ void __launch_bounds__(kBlock) start_rounds(ShapeTree shape, NodeLinks* before) {
   const std::uint32_t i = thread_index();
   if (i == 0) *shape.height = 0;
-  if (i >= shape.capacity) return;
+  if (i >= shape.size()) return;
   const LinkedNode& node = shape.tree.nodes[i];
   before[i] = NodeLinks{{node.child[0], node.child[1]}};
 }
@@ -71,14 +90,14 @@ static __global__ void __launch_bounds__(kBlock)
 /// Boxes of all nodes. @param met per node: 0.
 static __global__ void __launch_bounds__(kBlock) refit_round(ShapeTree shape, std::uint32_t* met) {
   const std::uint32_t i = thread_index();
-  if (i < shape.capacity && !shape.ended()) RefitStep<Shape>{shape.parented(), met, shape.height}(i);
+  if (i < shape.size() && !shape.ended()) RefitStep<Shape>{shape.parented(), met, shape.height}(i);
 }
 
 /// Boxes and plans of all nodes. @param met per node: 0.
 static __global__ void __launch_bounds__(kBlock)
-    refit_tree(PlannedTree tree, std::uint32_t capacity, std::uint32_t* parents, std::uint32_t* met) {
+    refit_tree(PlannedTree tree, TreeSize size, std::uint32_t* parents, std::uint32_t* met) {
   const std::uint32_t i = thread_index();
-  if (i < capacity) RefitStep<PlannedTree>{{tree, capacity, parents}, met}(i);
+  if (i < size()) RefitStep<PlannedTree>{{tree, size.first_leaf(), parents}, met}(i);
 }
 
 /// Whether the tree needs more stack entries than a file may say.
@@ -93,21 +112,20 @@ static __global__ void note_depth(PlannedTree tree, std::uint32_t* too_deep) { *
 static __global__ void __launch_bounds__(kBlock)
     restore_links(ShapeTree shape, const NodeLinks* before, std::uint32_t* met, const std::uint32_t* too_deep) {
   const std::uint32_t i = thread_index();
-  if (i >= shape.capacity || *too_deep == 0) return;
+  if (i >= shape.size() || *too_deep == 0) return;
   for (unsigned side = 0; side < 2; ++side) shape.tree.nodes[i].child[side] = before[i].child[side];
   met[i] = 0;
-  shape.parents[i] = shape.parents[shape.capacity + i] = kInvalidId;
+  shape.parents[i] = shape.parents[shape.size.first_leaf() + i] = kInvalidId;
 }
 static __global__ void __launch_bounds__(kBlock) restore_parents(ShapeTree shape, const std::uint32_t* too_deep) {
   const std::uint32_t i = thread_index();
-  if (i < shape.capacity && *too_deep != 0 && has_node(shape.tree.nodes, i))
+  if (i < shape.size() && *too_deep != 0 && has_node(shape.tree.nodes, i))
     SetParentsStep<Shape>{shape.parented()}(i - 1);
 }
-static __global__ void __launch_bounds__(kBlock)
-    restore_plans(PlannedTree tree, std::uint32_t capacity, std::uint32_t* parents, std::uint32_t* met,
-                  const std::uint32_t* too_deep) {
+static __global__ void __launch_bounds__(kBlock) restore_plans(PlannedTree tree, TreeSize size, std::uint32_t* parents,
+                                                               std::uint32_t* met, const std::uint32_t* too_deep) {
   const std::uint32_t i = thread_index();
-  if (i < capacity && *too_deep != 0) RefitStep<PlannedTree>{{tree, capacity, parents}, met}(i);
+  if (i < size() && *too_deep != 0) RefitStep<PlannedTree>{{tree, size.first_leaf(), parents}, met}(i);
 }
 
 }  // namespace hiprt::build::kernels

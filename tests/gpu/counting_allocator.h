@@ -3,6 +3,7 @@
 
 #include <hiprt_build/gpu/allocator.h>
 
+#include <algorithm>
 #include <map>
 #include <vector>
 
@@ -22,6 +23,7 @@ class CountingAllocator final : public gpu::Allocator {
     if (!memory) return memory;
     void* pointer = static_cast<std::byte*>(*memory) + offset;
     live[pointer] = bytes;
+    most = std::max(most, balance());
     return pointer;
   }
 
@@ -41,6 +43,7 @@ class CountingAllocator final : public gpu::Allocator {
 
   std::size_t offset = 0;  ///< Bytes that its addresses lie behind aligned ones.
   unsigned calls = 0, bad_frees = 0;
+  std::size_t most = 0;  ///< Bytes at once.
   std::map<void*, std::size_t> live;
   std::vector<std::size_t> alignments;
   std::vector<hipStream_t> streams, freed_on;

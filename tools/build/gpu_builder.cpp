@@ -4,10 +4,11 @@
 
 #include <hiprt_build/format/file_layout.h>
 #include <hiprt_build/format/instance_bounds.h>
-#include <hiprt_build/gpu/build.h>
+#include <hiprt_build/gpu/build_steps.h>
 #include <hiprt_build/gpu/event.h>
 #include <hiprt_build/gpu/instances.h>
 
+#include <algorithm>
 #include <chrono>
 
 namespace hiprt::tools {
@@ -59,30 +60,43 @@ build::BuildStatistics statistics(const gpu::BuildReport& report, std::span<cons
   return result;
 }
 
-/// As gpu::build_scene(). @param seconds what the device takes from the first kernel to the last.
-build::Result<gpu::BuiltScene> timed_build(std::span<const gpu::DeviceGeometry> geometries,
-                                           const gpu::BuildOptions& options, gpu::Allocator& allocator,
-                                           double& seconds) {
-  const auto sizes = gpu::build_sizes(geometries, options);
-  if (!sizes) return tl::unexpected(sizes.error());
-  auto output = gpu::DeviceBuffer::make(sizes->output, nullptr, allocator);
-  if (!output) return tl::unexpected(std::move(output.error()));
-  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, nullptr, allocator);
-  if (!scratch) return tl::unexpected(std::move(scratch.error()));
+/// What a build took: the device from the first kernel of each step to its last, and the most memory at once.
+struct Effort {
+  double seconds = 0;
+  std::uint64_t bytes = 0;
+};
+
+/// As gpu::build_scene(), measured.
+build::Result<gpu::BuiltScene> measured_build(std::span<const gpu::DeviceGeometry> geometries,
+                                              const gpu::BuildOptions& options, gpu::Allocator& allocator,
+                                              Effort& effort) {
+  auto steps = gpu::BuildSteps::make(geometries, options);
+  if (!steps) return tl::unexpected(std::move(steps.error()));
   auto watch = gpu::StreamTimer::make();
   if (!watch) return tl::unexpected(std::move(watch.error()));
-  if (auto started = watch->start(nullptr); !started) return tl::unexpected(std::move(started.error()));
-  const auto report = gpu::enqueue_build(geometries, options, output->data(), scratch->data(), nullptr);
-  if (!report) return tl::unexpected(report.error());
-  if (auto stopped = watch->stop(nullptr); !stopped) return tl::unexpected(std::move(stopped.error()));
-  const auto milliseconds = watch->milliseconds();
-  if (!milliseconds) return tl::unexpected(milliseconds.error());
-  seconds = static_cast<double>(*milliseconds) * 1e-3;
-  auto scene = gpu::compact(*report, nullptr, allocator);
-  if (scene && scene->report.status == gpu::BuildStatus::kBadIndex)
-    return gpu::fail(build::ErrorCode::kInvalidInput, scene->report.bad_indices,
+  gpu::DeviceBuffer scene;
+  while (!steps->done()) {
+    const gpu::BuildSizes sizes = steps->sizes();
+    auto output = gpu::DeviceBuffer::make(sizes.output, nullptr, allocator);
+    if (!output) return tl::unexpected(std::move(output.error()));
+    auto scratch = gpu::DeviceBuffer::make(sizes.scratch, nullptr, allocator);
+    if (!scratch) return tl::unexpected(std::move(scratch.error()));
+    effort.bytes = std::max(effort.bytes, scene.size() + output->size() + scratch->size());
+    auto done = watch->start(nullptr);
+    if (done) done = steps->enqueue(output->data(), scratch->data(), nullptr);
+    if (done) done = watch->stop(nullptr);
+    if (done) done = steps->wait();
+    if (!done) return tl::unexpected(std::move(done.error()));
+    const auto milliseconds = watch->milliseconds();
+    if (!milliseconds) return tl::unexpected(milliseconds.error());
+    effort.seconds += static_cast<double>(*milliseconds) * 1e-3;
+    scene = std::move(*output);
+  }
+  const gpu::BuildReport& report = steps->report();
+  if (report.status == gpu::BuildStatus::kBadIndex)
+    return gpu::fail(build::ErrorCode::kInvalidInput, report.bad_indices,
                      " triangles have an index beyond their mesh's positions");
-  return scene;
+  return gpu::BuiltScene{std::move(scene), report.view, report};
 }
 
 }  // namespace
@@ -107,15 +121,14 @@ build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> mesh
                                  .widen_boxes = options.widen_boxes,
                                  .costs = options.costs,
                                  .progress = options.progress};
-  double device_seconds = 0;
-  const auto scene = timed_build(copies.geometries, wanted, allocator, device_seconds);
+  Effort effort;
+  const auto scene = measured_build(copies.geometries, wanted, allocator, effort);
   if (!scene) return tl::unexpected(scene.error());
   auto file = gpu::download_file(*scene, options.tool, nullptr);
   if (!file) return tl::unexpected(std::move(file.error()));
   build::Bvh bvh{std::move(*file), statistics(scene->report, meshes)};
-  bvh.statistics.tree_seconds = device_seconds;
-  const auto sizes = gpu::build_sizes(copies.geometries, wanted);
-  bvh.statistics.scratch_bytes_peak = sizes ? sizes->output + sizes->scratch : 0;
+  bvh.statistics.tree_seconds = effort.seconds;
+  bvh.statistics.scratch_bytes_peak = effort.bytes;
   bvh.statistics.total_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return bvh;
 }

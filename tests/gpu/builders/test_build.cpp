@@ -188,7 +188,8 @@ TEST_CASE("inputs that the device cannot build are refused") {
   const Box box{};
   CHECK_THAT(message({.boxes = &box, .primitive_count = gpu::kMaxBuildPrimitives + 1}, {}),
              Contains("268435455 primitives, the limit is 268435454"));
-  CHECK_THAT(message({.boxes = &box, .primitive_count = 200000000}, {}), Contains("a node reference addresses"));
+  const gpu::DeviceGeometry many{.boxes = &box, .primitive_count = 200000000};
+  CHECK_THAT(error_of(gpu::build_sizes({&many, 1})).message, Contains("a node reference addresses"));
   oracle::Mesh bad = oracle::soup(40, 0.1, kSeed);
   bad.triangles[33][1] = 1000;
   Input input({bad});

@@ -81,7 +81,7 @@ Outcome finish(const HostTree& tree, unsigned rounds, std::uint32_t most_height)
   must(scratch.fill(std::byte{0xa5}, nullptr));
   const PlannedTree planned{
       {references.data()}, nodes.data(), {plans.data(), references.data(), {1.0f, 1.0f, 1.0f, 8}}, root.data()};
-  must(gpu::enqueue_finish_tree({planned, n, rounds, most_height}, scratch.data(), nullptr));
+  must(gpu::enqueue_finish_tree({planned, n, nullptr, rounds, most_height}, scratch.data(), nullptr));
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
   return Outcome{must(nodes.to_vector(nullptr)), must(plans.to_vector(nullptr))[tree.root].need};
 }
