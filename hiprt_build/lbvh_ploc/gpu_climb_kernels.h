@@ -1,6 +1,7 @@
 #pragma once
 /// Kernels that sort leaves along a Morton curve and join them from the leaves to the root. Internal.
 
+#include <hiprt_build/exec/gpu_scan.h>
 #include <hiprt_build/lbvh_ploc/hploc.h>
 #include <hiprt_build/lbvh_ploc/lbvh.h>
 #include <hiprt_build/lbvh_ploc/morton.h>
@@ -18,6 +19,51 @@ static __global__ void __launch_bounds__(kBlock)
   const MortonGrid grid = MortonGrid::over(state->centers.get(), bits);
   keys[i] = reference.contents.exists() ? grid.code(reference.box) : ~std::uint64_t{0};
   values[i] = i;
+}
+
+/// Keys of the references that exist, in their order, one behind the other. One block per tile.
+static __global__ void __launch_bounds__(kBlock)
+    pack_keys(const Reference* references, std::uint32_t count, unsigned bits, const BuildState* state, TileSums tiles,
+              std::uint64_t* keys, std::uint32_t* values) {
+  constexpr unsigned kGroups = kBlock / WaveGroup::kLanes, kCounts = kPackRows * kGroups;
+  __shared__ std::uint32_t before[kCounts], my_tile, before_tile;
+  const WaveGroup group;
+  if (threadIdx.x == 0) my_tile = tiles.take();
+  __syncthreads();
+  const std::uint32_t tile = my_tile, first = tile * kPackTile + threadIdx.x,
+                      my_group = threadIdx.x / WaveGroup::kLanes;
+  const MortonGrid grid = MortonGrid::over(state->centers.get(), bits);
+  std::uint64_t mine[kPackRows];
+  std::uint32_t there[kPackRows];  // Lanes of the group whose reference exists.
+  for (unsigned row = 0; row < kPackRows; ++row) {
+    const std::uint32_t i = first + row * kBlock;
+    Reference reference{};
+    reference.contents = LeafContents::none();
+    if (i < count) reference = references[i];
+    there[row] = group.ballot(reference.contents.exists());
+    mine[row] = reference.contents.exists() ? grid.code(reference.box) : 0;
+    if (group.lane() == 0) before[row * kGroups + my_group] = lane_count(there[row]);
+  }
+  __syncthreads();
+  if (threadIdx.x < WaveGroup::kLanes) {
+    std::uint32_t sum = 0;
+    for (unsigned begin = 0; begin < kCounts; begin += WaveGroup::kLanes) {
+      std::uint32_t total = 0;
+      const std::uint32_t earlier = group_scan(group, before[begin + group.lane()], total);
+      before[begin + group.lane()] = sum + earlier;
+      sum += total;
+    }
+    const std::uint32_t earlier = tiles.before(group, tile, sum);
+    if (threadIdx.x == 0) before_tile = earlier;
+  }
+  __syncthreads();
+  for (unsigned row = 0; row < kPackRows; ++row) {
+    if ((there[row] >> group.lane() & 1u) == 0) continue;
+    const std::uint32_t to =
+        before_tile + before[row * kGroups + my_group] + lane_count(there[row] & ((1u << group.lane()) - 1));
+    keys[to] = mine[row];
+    values[to] = first + row * kBlock;
+  }
 }
 
 static __global__ void clear_centers(BuildState* state) { state->centers.clear(); }

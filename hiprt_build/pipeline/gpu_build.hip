@@ -258,9 +258,19 @@ class Enqueuer {
       steps_.one("clear_centers", clear_centers, state_);
       steps_.persistent("bound_centers", kBlock, (n - 1) / kBlock + 1, bound_centers, references(), n, state_);
     }
-    steps_.each(n, "make_keys", make_keys, references(), n, bits, state_, buffers.keys[0], buffers.values[0]);
+    if (plan_.packs()) {
+      std::uint64_t* const words = tree_memory_.pack_words;
+      const std::uint64_t tiles = (std::uint64_t{n} - 1) / kPackTile + 1;
+      steps_.fill_bytes("the tiles", words, pack_words(plan_), 0);
+      steps_.blocks("pack_keys", kBlock, tiles, pack_keys, references(), n, bits, state_,
+                    build::TileSums(reinterpret_cast<std::uint32_t*>(words), words + 1, 1), buffers.keys[0],
+                    buffers.values[0]);
+    } else {
+      steps_.each(n, "make_keys", make_keys, references(), n, bits, state_, buffers.keys[0], buffers.values[0]);
+    }
     std::size_t bytes = plan_.sort_bytes;
-    steps_.then([&] { return build::sort_pairs(tree_memory_.sort_temp, bytes, buffers, n, steps_.stream()); });
+    steps_.then(
+        [&] { return build::sort_pairs(tree_memory_.sort_temp, bytes, buffers, plan_.keys(), steps_.stream()); });
     steps_.each(plan_.pieces, "gather_leaves", gather_leaves, references(), buffers.keys[buffers.current],
                 buffers.values[buffers.current], state_, scratch_.sorted);
   }

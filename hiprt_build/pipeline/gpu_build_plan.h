@@ -25,6 +25,7 @@ struct BuildPlan {
   std::uint32_t wide = 0;      ///< Capacity for nodes of the file: that of leaves, unless they are counted.
   build::Builder builder{};
   NodeLayout layout{};
+  bool counted = false;                              ///< Whether `whole` is the number of leaves.
   bool pairs = false;                                ///< Whether leaves may hold two primitives.
   double split_budget = 1.0, presplit_budget = 1.0;  ///< 1 where there are custom primitives.
   unsigned rounds = 0, radius = 0;
@@ -45,6 +46,9 @@ struct BuildPlan {
   std::uint32_t references() const { return presplits() ? pieces : primitives; }
   /// Whether leaves are sorted along a Morton curve.
   bool sorts() const { return !from_top() && !imports(); }
+  /// Whether only references that exist get a key.
+  bool packs() const { return counted && !presplits(); }
+  std::uint32_t keys() const { return packs() ? whole : references(); }
   /// Whether a pass over the whole tree makes its plans: where they do not come with its nodes.
   bool finishes() const { return rounds != 0 || from_top() || imports() || builder == build::Builder::kPloc; }
 };
@@ -70,6 +74,7 @@ struct TreeMemory {
   /// Where nodes and plans will be, until the leaves are sorted.
   build::SortBuffers sort{};
   std::byte* sort_temp = nullptr;
+  std::uint64_t* pack_words = nullptr;  ///< [pack_words()] Of pack_keys().
 
   TreeMemory() = default;
   TreeMemory(Arena& arena, const BuildPlan& plan);
@@ -125,7 +130,10 @@ struct Layouts {
 };
 
 /// Sets the capacities for so many leaves before anything is split.
-Result<void> plan_leaves(BuildPlan& plan, std::uint32_t leaves);
+/// @param counted whether so many there are, not at most.
+Result<void> plan_leaves(BuildPlan& plan, std::uint32_t leaves, bool counted);
+/// Words that TileSums of pack_keys() needs: one per tile, and one for the number of tiles taken.
+std::uint64_t pack_words(const BuildPlan& plan);
 
 /// Of what is already checked. @param imported_leaves of a caller's tree over one geometry; 0: the builder makes the
 /// tree.

@@ -153,10 +153,11 @@ TreeMemory::TreeMemory(Arena& arena, const BuildPlan& plan) {
   plans = arena.take<build::CollapsePlan>(n);
   if (plan.sorts()) {
     for (unsigned i = 0; i < 2; ++i) {
-      sort.keys[i] = before.take<std::uint64_t>(plan.references());
-      sort.values[i] = before.take<std::uint32_t>(plan.references());
+      sort.keys[i] = before.take<std::uint64_t>(plan.keys());
+      sort.values[i] = before.take<std::uint32_t>(plan.keys());
     }
     sort_temp = before.take<std::byte>(plan.sort_bytes);
+    if (plan.packs()) pack_words = before.take<std::uint64_t>(gpu::pack_words(plan));
   }
   arena.skip(before);
   if (!plan.splits()) return;
@@ -204,14 +205,19 @@ BuildOutput Layouts::output(std::byte* base) const {
           reinterpret_cast<BuildReport*>(base + report)};
 }
 
-Result<void> plan_leaves(BuildPlan& plan, std::uint32_t leaves) {
+std::uint64_t pack_words(const BuildPlan& plan) {
+  return std::uint64_t{plan.primitives} / build::kernels::kPackTile + 2;
+}
+
+Result<void> plan_leaves(BuildPlan& plan, std::uint32_t leaves, bool counted) {
   plan.whole = leaves;
+  plan.counted = counted;
   plan.pieces = capacity_after(leaves, plan.presplit_budget);
   plan.slots = plan.from_top() ? capacity_after(plan.pieces, plan.split_budget) : plan.pieces;
   plan.capacity = plan.wide = plan.slots;
   build::SortBuffers none{};
   if (!plan.sorts()) return {};
-  return build::sort_pairs(nullptr, plan.sort_bytes, none, plan.references(), nullptr);
+  return build::sort_pairs(nullptr, plan.sort_bytes, none, plan.keys(), nullptr);
 }
 
 Result<BuildPlan> plan_memory(std::span<const DeviceGeometry> geometries, const BuildOptions& wanted,
@@ -233,7 +239,7 @@ Result<BuildPlan> plan_memory(std::span<const DeviceGeometry> geometries, const 
   plan.radius = options.ploc_radius;
   if (imported_leaves != 0)
     plan_import(plan, geometries, imported_leaves);
-  else if (auto planned = plan_leaves(plan, plan.primitives); !planned)
+  else if (auto planned = plan_leaves(plan, plan.primitives, false); !planned)
     return tl::unexpected(std::move(planned.error()));
   return plan;
 }

@@ -140,7 +140,7 @@ struct BuildSteps::State {
   }
 
   Result<void> plan_split(std::uint32_t leaves) {
-    if (auto planned = plan_leaves(plan, std::max(leaves, 1u)); !planned) return planned;
+    if (auto planned = plan_leaves(plan, std::max(leaves, 1u), true); !planned) return planned;
     if (plan.capacity > build::kMaxPlannedNodes)
       return fail(ErrorCode::kTooLarge, leaves, " leaves may become ", plan.capacity, " by splits, the limit is ",
                   build::kMaxPlannedNodes, ". A smaller split_budget or presplit_budget makes fewer");

@@ -13,6 +13,8 @@ namespace hiprt::build::kernels {
 inline constexpr unsigned kBlock = 256;
 /// Of kernels whose groups need shared memory.
 inline constexpr unsigned kGroupBlock = 128, kGroupsPerBlock = kGroupBlock / WaveGroup::kLanes;
+/// References of a block of pack_keys().
+inline constexpr unsigned kPackRows = 8, kPackTile = kBlock * kPackRows;
 
 inline __device__ std::uint32_t thread_index() { return blockIdx.x * blockDim.x + threadIdx.x; }
 

@@ -57,7 +57,7 @@ template <class Tree> struct FindReinsertionStep {
   /// The most boxes that a search looks at. Few searches in ordinary scenes need as many. Where very many boxes
   /// overlap, almost every position could still be the best, and without this limit each search would visit the whole
   /// tree.
-  static constexpr unsigned kMostLooks = 64;
+  static constexpr unsigned kMostLooks = 40;
   /// For the CPU's engine.
   static constexpr std::size_t kChunk = 64;
 

@@ -126,8 +126,8 @@ TEST_CASE("steps need little memory") {
     Builder builder;
     double paired, soup;
   };
-  constexpr Limit kLimits[] = {{Builder::kLbvh, 100, 190}, {Builder::kHploc, 100, 192}, {Builder::kPloc, 126, 206},
-                               {Builder::kSah, 104, 192},  {Builder::kSbvh, 156, 270},  {Builder::kHq, 276, 508}};
+  constexpr Limit kLimits[] = {{Builder::kLbvh, 92, 194}, {Builder::kHploc, 92, 194}, {Builder::kPloc, 119, 204},
+                               {Builder::kSah, 104, 192}, {Builder::kSbvh, 156, 270}, {Builder::kHq, 276, 508}};
   Input paired({oracle::torus(160, 100, 0.3)}), soup({oracle::soup(20000, 0.02, kSeed)});
   for (const Limit& limit : kLimits)
     for (Input* const input : {&paired, &soup}) {
