@@ -278,7 +278,8 @@ class Enqueuer {
   void finish_tree() {
     ask("reinsert", 0.5);
     steps_.then([&] {
-      const std::uint32_t* const leaves = plan_.imports() ? nullptr : &state_->counts.leaves;
+      const bool has_gaps = plan_.imports() || (plan_.leaves_gaps() && !plan_.gapped());
+      const std::uint32_t* const leaves = has_gaps ? nullptr : &state_->counts.leaves;
       return enqueue_finish_tree({planned_tree(), plan_.capacity, leaves, plan_.rounds}, scratch_.stage,
                                  steps_.stream());
     });

@@ -10,6 +10,7 @@
 #include <hiprt_build/sah_sbvh/gpu_compact_tree.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>
 
+#include <algorithm>
 #include <span>
 
 namespace hiprt::gpu {
@@ -36,12 +37,13 @@ struct BuildPlan {
   bool from_top() const {
     return builder == build::Builder::kSah || builder == build::Builder::kSbvh || builder == build::Builder::kHq;
   }
-  TopDownTuning tuning() const { return TopDownTuning::of(pieces, split_budget > 1.0); }
+  TopDownTuning tuning() const { return TopDownTuning::of(std::max(primitives, pieces), split_budget > 1.0); }
   bool presplits() const { return pieces != whole; }
   /// Whether a primitive can be in several leaves.
   bool splits() const { return slots != whole || imports(); }
-  /// Whether a tree with gaps comes first.
-  bool gapped() const { return from_top() && slots != pieces; }
+  bool leaves_gaps() const { return from_top() && slots != pieces; }
+  /// Whether a tree with gaps comes first: where closing them pays. Reinsertion passes over all slots in each round.
+  bool gapped() const { return leaves_gaps() && (rounds != 0 || counted); }
   /// Of the array that the tree is built from. Some may not exist.
   std::uint32_t references() const { return presplits() ? pieces : primitives; }
   /// Whether leaves are sorted along a Morton curve.

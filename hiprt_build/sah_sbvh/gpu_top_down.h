@@ -38,10 +38,10 @@ struct TopDownTuning {
   std::uint32_t spare_levels =
       12;  ///< Of larger ranges, beyond a balanced tree's; below that they are halved by count.
 
-  /// For so many references. A GPU of 132 multiprocessors needs several hundred blocks; larger tasks add their bins to
+  /// For so many primitives. A GPU of 132 multiprocessors needs several hundred blocks; larger tasks add their bins to
   /// those of the range more rarely. A wave takes long for spatial splits: its ranges are smaller.
-  static TopDownTuning of(std::uint32_t references, bool spatial) {
-    const std::uint32_t task = std::clamp<std::uint32_t>(std::bit_floor(references / 1600), 512, 2048);
+  static TopDownTuning of(std::uint32_t primitives, bool spatial) {
+    const std::uint32_t task = std::clamp<std::uint32_t>(std::bit_floor(primitives / 1600), 512, 2048);
     return {.task = task, .wave_range = spatial ? 64u : 512u};
   }
 };
