@@ -108,20 +108,19 @@ static __global__ void __launch_bounds__(kGroupBlock)
   climber(WaveGroup{}, shared[threadIdx.x / WaveGroup::kLanes], thread_index());
 }
 
-/// Whether the tree must be made again: the climbs have to begin anew.
+/// Whether the tree must be made again: the climbs have to begin anew. Few threads, because it seldom must.
 static __global__ void __launch_bounds__(kBlock)
     check_depth(const CollapsePlan* plans, SortedLeaves sorted, BuildState* state) {
-  const std::uint32_t i = thread_index();
-  if (i >= state->counts.leaves) return;
   const LinkedRef root = state->root;
-  if ((root & kLinkedLeaf) != 0 || plans[root].need <= kMaxStackBound) return;
-  sorted.met[i] = kInvalidId;
-  if (i == 0) state->too_deep = 1;
+  if (state->counts.leaves == 0 || (root & kLinkedLeaf) != 0 || plans[root].need <= kMaxStackBound) return;
+  for (std::uint32_t i = thread_index(); i < state->counts.leaves; i += gridDim.x * blockDim.x)
+    sorted.met[i] = kInvalidId;
+  if (thread_index() == 0) state->too_deep = 1;
 }
 static __global__ void __launch_bounds__(kBlock)
     lbvh_again(PlannedTree tree, SortedLeaves sorted, const BuildState* state) {
-  const std::uint32_t i = thread_index();
-  if (state->too_deep != 0 && i < state->counts.leaves)
+  if (state->too_deep == 0) return;
+  for (std::uint32_t i = thread_index(); i < state->counts.leaves; i += gridDim.x * blockDim.x)
     LbvhStep<PlannedTree>{tree, state->counts.leaves, sorted.levels, sorted.met}(i);
 }
 

@@ -4,6 +4,7 @@
 
 #include <hiprt_build/input/leaf.h>
 #include <hiprt_build/pair/custom_pair.h>
+#include <hiprt_device/math/atomic.h>
 
 #include <bit>
 
@@ -25,11 +26,13 @@ struct PairedPrimitive {
 template <class Group> struct PairWindow {
   static constexpr unsigned kEdges = 3 * kPairWindow;
   static constexpr std::uint8_t kNone = 0xff;
+  static constexpr unsigned kSlots = 256;  ///< Three of eight are used.
 
   /// Shared by the lanes of a group. Edge 3 i + k runs from corner k of triangle i.
   struct Shared {
     Point corner[kEdges];
     std::uint32_t key[kEdges];                            ///< Of the edge, direction included; 0: cannot be paired.
+    std::uint32_t slot[kSlots];                           ///< Hash table of edges by their keys.
     float gain[kEdges];                                   ///< Area saved by pairing across it.
     std::uint32_t geometry[kPairWindow];                  ///< Of the primitive.
     std::uint8_t partner[kEdges];                         ///< The edge of another triangle, or kNone.
@@ -46,8 +49,11 @@ template <class Group> struct PairWindow {
     const std::uint32_t begin = window * kPairWindow;
     const std::uint32_t left = geometries.primitive_count - begin, size = left < kPairWindow ? left : kPairWindow;
     group.for_each(kPairWindow, [&](unsigned i) { file(shared, begin, i, size); });
+    if (pair) group.for_each(kSlots, [&](unsigned i) { shared.slot[i] = kNone; });
     group.sync();
     if (pair) {
+      group.for_each(kEdges, [&](unsigned e) { insert(shared, e); });
+      group.sync();
       group.for_each(kPairWindow, [&](unsigned i) { find_partners(shared, i); });
       group.sync();
       for (unsigned round = 0; round < kPairRounds; ++round) {
@@ -105,18 +111,45 @@ template <class Group> struct PairWindow {
 
   HIPRT_HD static unsigned next_corner(unsigned e) { return e % 3 == 2 ? e - 2 : e + 1; }
 
+  HIPRT_HD static unsigned slot_of(std::uint32_t key) { return (key * 0x9e3779b1u) >> 24; }
+  /// Takes a slot for edge e. @return the edge that has it already, or kNone.
+  HIPRT_HD static std::uint32_t claim(std::uint32_t& slot, std::uint32_t e) {
+    std::uint32_t there = kNone;
+#if HIPRT_DEVICE_CODE
+    there = atomicCAS(&slot, there, e);
+#else
+    __atomic_compare_exchange_n(&slot, &there, e, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED);
+#endif
+    return there;
+  }
+  /// Of equal edges the table keeps the lowest.
+  HIPRT_HD static void insert(Shared& shared, unsigned e) {
+    const std::uint32_t key = shared.key[e];
+    if (key == 0) return;
+    for (unsigned slot = slot_of(key);; slot = (slot + 1) % kSlots) {
+      const std::uint32_t there = claim(shared.slot[slot], e);
+      if (there == kNone) return;
+      if (shared.key[there] != key) continue;
+      lower(&shared.slot[slot], e);
+      return;
+    }
+  }
+  /// @return the lowest edge with this key, or kNone.
+  HIPRT_HD static unsigned find(const Shared& shared, std::uint32_t key) {
+    for (unsigned slot = slot_of(key);; slot = (slot + 1) % kSlots) {
+      const std::uint32_t there = shared.slot[slot];
+      if (there == kNone || shared.key[there] == key) return there;
+    }
+  }
+
   HIPRT_HD void find_partners(Shared& shared, unsigned i) const {
     if (shared.key[3 * i] == 0) return;
     std::uint32_t wanted[3];
     for (unsigned k = 0; k < 3; ++k)
       wanted[k] = edge_key(hash(shared.corner[next_corner(3 * i + k)]), hash(shared.corner[3 * i + k])) +
                   2 * shared.geometry[i];
-    unsigned found[3] = {kNone, kNone, kNone};
-    // Without a branch: what the lanes find lies at different places.
-    for (unsigned other = kEdges; other-- > 0;) {
-      const std::uint32_t key = shared.key[other];
-      for (unsigned k = 0; k < 3; ++k) found[k] = key == wanted[k] ? other : found[k];
-    }
+    unsigned found[3];
+    for (unsigned k = 0; k < 3; ++k) found[k] = find(shared, wanted[k]);
     for (unsigned k = 0; k < 3; ++k)
       if (found[k] != kNone) link(shared, 3 * i + k, found[k]);
   }

@@ -245,8 +245,9 @@ class Enqueuer {
     }
     if (plan_.finishes()) finish_tree();
     if (plan_.builder == Builder::kLbvh || plan_.builder == Builder::kLbvh30) return;
-    steps_.each(n, "check_depth", check_depth, tree_memory_.plans, scratch_.sorted, state_);
-    steps_.each(n, "lbvh_again", lbvh_again, planned_tree(), scratch_.sorted, state_);
+    const std::uint64_t blocks = (std::uint64_t{n} - 1) / kBlock + 1;
+    steps_.persistent("check_depth", kBlock, blocks, check_depth, tree_memory_.plans, scratch_.sorted, state_);
+    steps_.persistent("lbvh_again", kBlock, blocks, lbvh_again, planned_tree(), scratch_.sorted, state_);
   }
 
   void sort() {
