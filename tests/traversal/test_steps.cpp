@@ -12,7 +12,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <utility>
 #include <vector>
 
 using namespace hiprt;
@@ -131,6 +133,23 @@ struct CountingLater : Counting {
 };
 template <class AnyStack> struct WithStack : Policies { using Stack = AnyStack; };
 
+NodeRef child_ref(unsigned i) { return make_ref(256 * (i + 1), NodeType::kBox32); }
+
+/// The children of a node in the order in which they are visited.
+/// @param rank of their distances. @param met bit per child: it is met.
+template <class Order, class Lanes>
+std::vector<NodeRef> visited(const unsigned (&rank)[kBranching], std::uint32_t met) {
+  const NodeRef child[kBranching] = {child_ref(0), child_ref(1), child_ref(2), child_ref(3)};
+  const auto at = [&](unsigned i) { return 1.0f + static_cast<float>(rank[i]); };
+  const BoxHits<Lanes> hits(Lanes::set(at(0), at(1), at(2), at(3)), Lanes::all(8.0f), met);
+  PrivateStack<kBranching>::Memory memory;
+  BacktrackOf<PrivateStack<kBranching>, StackEntry> backtrack(PrivateStack<kBranching>::Storage(memory), kInvalidRef);
+  std::vector<NodeRef> result;
+  for (NodeRef next = Order::next(child, hits, backtrack); next != kInvalidRef; next = backtrack.pop(8.0f))
+    result.push_back(next);
+  return result;
+}
+
 /// A node with three leaves and a node. A ray along z enters their boxes at 1, 2, 6 and 3 and meets the triangles at 4,
 /// 5 and 6. It misses the leaf below the inner node. With y below 0.5 it misses that node, too.
 class Fork {
@@ -199,6 +218,26 @@ TEST_CASE("sorted children are pushed and popped in order, in every stack", "[st
   check_tiered_sorted<2, 9>(random);
   check_tiered_sorted<4, 16>(random);
   check_tiered_sorted<8, 9>(random);
+}
+
+TEMPLATE_TEST_CASE("the nearest child that is met comes first; NearFirst visits the others by their distance", "",
+                   ArrayLanes, DefaultLanes) {
+  unsigned rank[kBranching] = {0, 1, 2, 3};
+  do
+    for (unsigned met = 1; met < 1u << kBranching; ++met) {
+      CAPTURE(rank[0], rank[1], rank[2], rank[3], met);
+      std::vector<std::pair<unsigned, NodeRef>> nearest;
+      for (unsigned i = 0; i < kBranching; ++i)
+        if ((met >> i & 1u) != 0) nearest.push_back({rank[i], child_ref(i)});
+      std::sort(nearest.begin(), nearest.end());
+      std::vector<NodeRef> expected;
+      for (const auto& [distance, ref] : nearest) expected.push_back(ref);
+      REQUIRE(visited<NearFirst, TestType>(rank, met) == expected);
+      const std::vector<NodeRef> others = visited<NearestFirst, TestType>(rank, met);
+      REQUIRE(others.front() == expected.front());
+      REQUIRE(std::is_permutation(others.begin(), others.end(), expected.begin(), expected.end()));
+    }
+  while (std::next_permutation(std::begin(rank), std::end(rank)));
 }
 
 TEMPLATE_TEST_CASE("stacks have room for exactly their capacity", "", StackEntry, NodeRef) {
