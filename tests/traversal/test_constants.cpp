@@ -9,6 +9,7 @@
 #include <tests/catch.h>
 
 #include <cmath>
+#include <limits>
 
 using namespace hiprt;
 
@@ -22,6 +23,20 @@ float margin(const Vec3& origin, const Box& bounds, float condition, float reach
 }
 
 }  // namespace
+
+TEST_CASE("every plane of the bounds counts for how far a scene reaches") {
+  for (const unsigned axis : {0u, 1u, 2u})
+    for (const bool high : {false, true}) {
+      CAPTURE(axis, high);
+      Box bounds{{-1, -1, -1}, {1, 1, 1}};
+      (high ? bounds.max : bounds.min)[axis] = high ? 8.0f : -8.0f;
+      Vec3 origin{0, 0, 0};
+      origin[static_cast<int>(axis)] = high ? -2.0f : 2.0f;
+      const Extents extents(origin, bounds);
+      CHECK(extents.reach == 10.0f);
+      CHECK(extents.magnitude == 8.0f);
+    }
+}
 
 TEST_CASE("the margin of boxes is at least the sum of conservative-boxes.md") {
   // Steps 1 to 4, and the worst column of steps 5 and 6.
@@ -116,4 +131,19 @@ TEST_CASE("errors of instances: ten roundings inside, fourteen and six of a moti
   const float added = moving.error_outside(0.0f) - still.error_outside(0.0f);
   CHECK(added >= kUnit * (14 * 2 * 8 + 6 * 5) * (1 - 0x1p-18f));
   CHECK(added <= kUnit * (14 * 2 * 8 + 6 * 5) * (1 + 0x1p-18f));
+}
+
+TEST_CASE("a float holds the normal of any triangle, whichever axis it is along") {
+  // Cross products of 2^-298 and 2^250, and one that needs no scale.
+  for (const double size : {0x1p-149, 1.0, 0x1p125})
+    for (const unsigned axis : {0u, 1u, 2u}) {
+      CAPTURE(size, axis);
+      double edge1[3] = {0, 0, 0}, edge2[3] = {0, 0, 0};
+      edge1[(axis + 1) % 3] = edge2[(axis + 2) % 3] = size;
+      const Vec3 normal = surface_detail::make_normal<float>(edge1, edge2);
+      for (const unsigned k : {0u, 1u, 2u}) {
+        const float x = normal[static_cast<int>(k)];
+        CHECK((k == axis ? x > 0.0f && x <= std::numeric_limits<float>::max() : x == 0.0f));
+      }
+    }
 }
