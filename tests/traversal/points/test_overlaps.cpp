@@ -325,6 +325,33 @@ TEST_CASE("overlaps through instances are those of the placed triangles") {
   REQUIRE(found > trials(100));
 }
 
+TEST_CASE("behind an instance a volume is compared with boxes as before it") {
+  // The margin for rounding grows with the scene: some of these boxes are within it, some are beyond.
+  const SceneView scene{.bounds = {{-0x1p19f, -0x1p19f, -0x1p19f}, {0x1p19f, 0x1p19f, 0x1p19f}}};
+  const ConvexVolume volume = convex(OrientedBox{{0, 0, 0}, {{1, 1, 0}, {-1, 1, 0}, {0, 0, 1}}});
+  VolumeRegion<ArrayLanes, 1> region(scene, volume);
+  const auto met = [&] {
+    std::set<unsigned> result;
+    for (unsigned i = 0; i < 32; ++i) {
+      const float corner = 1 + static_cast<float>(i) / 32;
+      PlanesBoxNode node{};
+      for (unsigned child = 0; child < kBranching; ++child)
+        PlanesLayout::set_box(node, child, {{corner, corner, 0}, {3, 3, 1}});
+      if (region.boxes(node).any()) result.insert(i);
+    }
+    return result;
+  };
+  const std::set<unsigned> before = met();
+  CHECK((!before.empty() && before.size() < 32));
+  InstanceRecord instance{};
+  for (unsigned k = 0; k < 3; ++k) instance.linear[k][k] = 1.0f;
+  ObjectRecord object{};
+  object.bounds = {{-1, -1, -1}, {1, 1, 1}};
+  region.enter(instance, object);
+  region.leave();
+  CHECK(met() == before);
+}
+
 TEST_CASE("queries for overlaps fail clearly, and stop when told") {
   const Scene half = make_scene({icosphere(1)}, {.nodes = NodeLayout::kHalf}), scene = make_scene({icosphere(3)});
   PrivateStack<>::Memory memory;
