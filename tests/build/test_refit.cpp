@@ -59,6 +59,9 @@ TEST_CASE("a refit without motion changes no byte") {
         const build::RefitStatistics statistics = refitted(file, scene.mesh);
         CHECK(statistics.nodes == file.view().nodes.count);
         CHECK(statistics.leaves == file.view().leaves.count);
+        CHECK((statistics.check_seconds > 0 && statistics.write_seconds > 0 && statistics.measure_seconds > 0));
+        CHECK(statistics.check_seconds + statistics.write_seconds + statistics.measure_seconds <=
+              statistics.total_seconds + 1e-9);
         // Of split references the boxes grow to the whole triangles'; Embree's boxes of odd sizes are not all tight.
         const bool loose = std::string(build::name(builder)).starts_with("embree") && !fits(scene, kLayouts[3]);
         if (!file.has_splits() && !loose) CHECK((file.copy() == before));
