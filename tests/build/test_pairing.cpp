@@ -85,6 +85,24 @@ TEST_CASE("most triangles of a closed mesh find a partner, also without shared v
 
 TEST_CASE("a flat grid pairs into its quads") { CHECK(paired_share(grid_plane(64, 1, 0.0f)) > 0.95); }
 
+TEST_CASE("where pairs save the same area the edge with the lowest number comes first") {
+  // A strip of nine triangles. Edge 0 of each is shared with the next one.
+  Mesh strip;
+  for (std::uint32_t i = 0; i < 11; ++i)
+    strip.positions.push_back({0.5f * static_cast<float>(i), static_cast<float>(i % 2), 0});
+  for (std::uint32_t i = 0; i < 9; ++i)
+    strip.triangles.push_back(i % 2 == 0 ? Triangle{i + 1, i + 2, i} : Triangle{i + 2, i + 1, i});
+  const std::vector meshes{strip.view()};
+  const build::BuildInput input = input_of(meshes);
+  const Pairing pairing(input);
+  check_leaves(input, pairing);
+  REQUIRE(pairing.paired.pairs == 4);
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    CHECK(pairing.all()[i].primitive == 2 * i);
+    CHECK(pairing.all()[i].contents.is_pair() == (i < 4));
+  }
+}
+
 TEST_CASE("triangles pair only within a mesh, never across non-manifold edges of equal direction") {
   const Mesh one = icosphere(2);
   Mesh other = one;
