@@ -253,6 +253,8 @@ TEST_CASE("builds of scenes report progress, can be cancelled, and are reproduci
   CHECK(std::equal(first->buffer.bytes().begin(), first->buffer.bytes().end(), second->buffer.bytes().begin(),
                    second->buffer.bytes().end()));
   CHECK(std::is_sorted(fractions.begin(), fractions.end()));
+  REQUIRE_FALSE(fractions.empty());
+  CHECK((fractions.back() > 0.95 && fractions.back() <= 1));
   CHECK(first->statistics.customs == 400);
   for (const unsigned calls : {0u, 3u, 10u}) {
     unsigned left = calls;
