@@ -15,6 +15,7 @@
 #include <tests/catch.h>
 
 #include <string>
+#include <vector>
 
 using namespace hiprt;
 using namespace hiprt::oracle;
@@ -120,6 +121,28 @@ TEST_CASE("pre-splitting checks as often when a small part of the references tak
     const auto split = build::presplit(engine, table, std::move(references), 16.0);
     CHECK(split.size() > 5 * paired.count);
   });
+}
+
+TEST_CASE("a quarter of a pre-split is done while it searches how often to split") {
+  const Mesh mesh = soup(30000, 0.01, 1);
+  const std::vector views{mesh.view()};
+  const build::BuildInput input{build::SceneInput{views, {}}};
+  std::vector<double> fractions;
+  const build::ProgressCallback callback = [&](const build::Progress& progress) {
+    if (std::string(progress.step) == "split") fractions.push_back(progress.fraction);
+    return true;
+  };
+  build::Monitor monitor(callback, build::Monitor::Interval{0});
+  build::MemoryLedger ledger;
+  build::CpuEngine engine(monitor, ledger);
+  auto references = engine.allocate<build::Reference>(mesh.triangles.size());
+  const build::PairedPrimitives paired = build::pair_primitives(engine, input, false);
+  engine.for_each(paired.count, build::MakeReferenceStep{input.table(), paired.leaves.span(), references.span()});
+  build::Threads::run(1, [&] { build::presplit(engine, input.table(), std::move(references), 1.5); });
+  // Most calls are those of the search.
+  REQUIRE(fractions.size() > 50);
+  const double begin = fractions.front(), share = fractions[fractions.size() / 2] - begin;
+  CHECK(share == Approx((0.4 - begin) / 4).margin(0.01));
 }
 
 TEST_CASE("progress rises to the end, with a call about every 20 ms") {
