@@ -328,6 +328,21 @@ TEST_CASE("what lies beyond the hit is not visited behind a node without a hit, 
   check(CountingLater{}, 0.25f, 1);
 }
 
+TEMPLATE_TEST_CASE("triangles beyond a point's region are passed over, also far from zero", "", ArrayLanes,
+                   DefaultLanes) {
+  const SceneView scene{.bounds = {{100, 0, 0}, {101, 1, 0}}};
+  PlanesLeaf leaf{};
+  constexpr float kCorners[4][2] = {{100, 0}, {101, 0}, {100, 1}, {101, 1}};
+  for (unsigned vertex = 0; vertex < 4; ++vertex)
+    for (unsigned axis = 0; axis < 2; ++axis) leaf.coordinate[axis][vertex] = kCorners[vertex][axis];
+  // At a distance of 3 from both triangles.
+  const auto outside = [&](double squared) {
+    return PointRegion<TestType, 0>(scene, Vec3D(100.5, 0.5, 3), squared).outside(leaf) & 3u;
+  };
+  CHECK(outside(8.9) == 3);
+  CHECK(outside(9.1) == 0);
+}
+
 TEST_CASE("a spawned ray starts as far from the surface as the error bound requires, and not much farther") {
   constexpr std::uint64_t kSeed = 20261127;
   Random random(kSeed);
