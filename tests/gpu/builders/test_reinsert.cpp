@@ -109,7 +109,7 @@ TEST_CASE("reinsertion on the device ends when the tree is high, and keeps what 
 
 TEST_CASE("a tree that reinsertion makes too deep for a file becomes again what it was") {
   const HostTree tree(oracle::fan(4000));
-  const Outcome high = finish(tree, 8, 100'000);
+  const Outcome high = finish(tree, 16, 100'000);
   // Chains of so many levels need as many entries.
   CHECK(high.need <= kMaxStackBound);
   CHECK(high.has_links_of(tree.nodes));
