@@ -97,6 +97,10 @@ TEST_CASE("scenes in steps equal those at once") {
   for (const NodeLayout nodes : kLayouts)
     check_same(needles, {.builder = Builder::kHploc, .nodes = nodes, .presplit_budget = 2});
   check_same(needles, {.builder = Builder::kHploc, .pair_triangles = false});
+  // With equal keys the order of the triangles counts.
+  Input equal({oracle::identical(300)});
+  for (const Builder builder : {Builder::kLbvh, Builder::kHploc, Builder::kPloc})
+    check_same(equal, {.builder = builder, .pair_triangles = false});
   check_same(needles, {.nodes = NodeLayout::kFloat, .widen_boxes = true});
 }
 
