@@ -1,7 +1,6 @@
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/gpu/build.h>
 
-#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/launch.h>
 #include <hiprt_build/pipeline/gpu_build_job.h>
 #include <hiprt_build/pipeline/gpu_file.h>
