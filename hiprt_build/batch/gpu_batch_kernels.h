@@ -49,6 +49,7 @@ template <unsigned kMost, unsigned kThreads> struct BatchMemory {
   using Climber = Hploc<WaveGroup, PlannedTree>;
 
   BuildState state;
+  WideProgress<8> progress;
   GeometryView geometry;
   Reference sorted[kMost];
   union {
@@ -83,7 +84,7 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
       m_.state.centers.clear();
       m_.state.counts = GroupCounts{};
       m_.state.root = kInvalidId;
-      m_.state.wide = WideProgress{};
+      m_.state.stack_need = 0;
     }
     __syncthreads();
     pair();
@@ -186,9 +187,10 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     const WideQueue queue{m_.plans};
     const LinkedRef root = m_.state.root;
     for (std::uint32_t i = threadIdx.x; i < m_.state.counts.leaves; i += kThreads)
-      begin_wide(writer, queue, root, i, m_.state.wide);
+      begin_wide(writer, queue, root, i, m_.progress);
     __syncthreads();
-    write_wide(writer, queue, root, m_.state.wide);
+    __shared__ OwnTasks<1> own[kThreads / WaveGroup::kLanes];
+    write_wide(writer, queue, root, kMost, m_.progress, m_.state.stack_need, own[threadIdx.x / WaveGroup::kLanes]);
   }
 
   __device__ void finish() const {
@@ -205,7 +207,7 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
                            custom ? NodeType::kProcedural : NodeType::kTriangle0);
     else if (counts.leaves != 0)
       view.root = make_ref(job_.nodes_offset + std::uint64_t{first_} * sizeof(PlanesBoxNode), NodeType::kBox32);
-    view.stack_bound = m_.state.wide.stack_need;
+    view.stack_bound = m_.state.stack_need;
     view.features = counts.leaves == 0 ? 0 : feature_bit(custom ? Feature::kCustom : Feature::kTriangles);
     if (m_.geometry.mask != 0xffffffffu) view.features |= feature_bit(Feature::kMasks);
     view.layout = NodeLayout::kPlanes;

@@ -12,13 +12,18 @@ using gpu::BuildReport;
 
 template <class Layout>
 __global__ void __launch_bounds__(kBlock)
-    begin_wide_tree(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
-  if (state->counts.leaves != 0) begin_wide(writer, queue, state->root, thread_index(), state->wide);
+    begin_wide_tree(WideWriter<Layout> writer, WideQueue queue, const BuildState* state, GridProgress* progress) {
+  if (state->counts.leaves != 0) begin_wide(writer, queue, state->root, thread_index(), *progress);
 }
 template <class Layout>
 __global__ void __launch_bounds__(kBlock)
-    write_wide_tree(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
-  if (state->counts.leaves != 0) write_wide(writer, queue, state->root, state->wide);
+    write_wide_tree(WideWriter<Layout> writer, WideQueue queue, std::uint32_t many_nodes, BuildState* state,
+                    GridProgress* progress) {
+  constexpr unsigned kAlone = 16;
+  __shared__ OwnTasks<kAlone> own[kBlock / WaveGroup::kLanes];
+  if (state->counts.leaves != 0)
+    write_wide(writer, queue, state->root, many_nodes, *progress, state->stack_need,
+               own[threadIdx.x / WaveGroup::kLanes]);
 }
 
 /// The parents of a file's nodes, and then the nodes' boxes from the leaves up, for layouts that have not got them yet.

@@ -34,6 +34,11 @@ using PlannedTree = LinkedTree<ReferenceLeaves, PlanSums>;
 struct WideTask {
   std::uint64_t tree;    ///< Linked node, next wide node << 32: the node's subtree is there and behind.
   std::uint64_t leaves;  ///< First leaf record, stack entries on the way to the node << 32.
+
+  HIPRT_HD static WideTask make(LinkedRef ref, std::uint32_t next, std::uint32_t first_leaf, std::uint32_t need) {
+    return {std::uint64_t{next} << 32 | ref, std::uint64_t{need} << 32 | first_leaf};
+  }
+  HIPRT_HD LinkedRef ref() const { return static_cast<LinkedRef>(tree); }
 };
 
 /// Numbers of wide nodes in the order in which they are written. They overwrite the costs of the plans, which are not
@@ -94,10 +99,9 @@ template <class Layout> struct WideWriter {
   HIPRT_HD HIPRT_FORCE_INLINE static std::uint64_t* task_words(Node* node) {
     return reinterpret_cast<std::uint64_t*>(node);
   }
-  HIPRT_HD HIPRT_FORCE_INLINE void post_task(std::uint32_t i, LinkedRef ref, std::uint32_t next, std::uint32_t first,
-                                             std::uint32_t need) const {
-    store_shared(task_words(nodes + i), std::uint64_t{next} << 32 | ref);
-    store_shared(task_words(nodes + i) + 1, std::uint64_t{need} << 32 | first);
+  HIPRT_HD HIPRT_FORCE_INLINE void post_task(std::uint32_t i, const WideTask& task) const {
+    store_shared(task_words(nodes + i), task.tree);
+    store_shared(task_words(nodes + i) + 1, task.leaves);
   }
   /// @pre the node is in the queue. All lanes of the team have it before any of them goes on to overwrite it.
   template <class Team> HIPRT_HD HIPRT_FORCE_INLINE WideTask read_task(const Team& team, std::uint32_t i) const {
@@ -113,25 +117,31 @@ template <class Layout> struct WideWriter {
     std::uint32_t node;  ///< Number of the child's wide node, or kInvalidId: it is a run.
     std::uint32_t leaf;  ///< Its first leaf record.
     std::uint32_t need;  ///< Stack entries that a traversal can have when it leaves the node.
+    // Of a child that is a node:
+    std::uint32_t next;   ///< Where its own child nodes begin.
+    std::uint32_t below;  ///< Nodes below it.
     bool exists;
   };
 
-  /// Finds a node's children, lane c child c, and posts a task for each child node.
+  /// Finds a node's children, lane c child c.
   /// @tparam Team as many lanes as a node has children (LaneTeam): all call this together.
   template <class Team> HIPRT_HD Part open(const Team& team, const WideTask& task) const {
     static_assert(Team::kLanes == kBranching);
     const auto child = WideChildren<PlannedNodes>{planned()}.find(static_cast<LinkedRef>(task.tree), team.lane());
     const bool is_node = child.exists && !is_run(child.ref);
-    std::uint32_t children = 0, child_nodes = 0, below = 0;
+    const std::uint32_t below = is_node ? plans[child.ref].nodes - 1 : 0;
+    std::uint32_t children = 0, child_nodes = 0, all_below = 0;
     team.before(child.exists ? 1 : 0, children);
     const std::uint32_t nodes_before = team.before(is_node ? 1 : 0, child_nodes);
-    const std::uint32_t below_before = team.before(is_node ? plans[child.ref].nodes - 1 : 0, below);
+    const std::uint32_t below_before = team.before(below, all_below);
     const auto next = static_cast<std::uint32_t>(task.tree >> 32);
-    const Part part{child.ref, is_node ? next + nodes_before : kInvalidId,
-                    static_cast<std::uint32_t>(task.leaves) + child.leaves_before,
-                    static_cast<std::uint32_t>(task.leaves >> 32) + children - 1, child.exists};
-    if (is_node) post_task(part.node, part.ref, next + child_nodes + below_before, part.leaf, part.need);
-    return part;
+    return {child.ref,
+            is_node ? next + nodes_before : kInvalidId,
+            static_cast<std::uint32_t>(task.leaves) + child.leaves_before,
+            static_cast<std::uint32_t>(task.leaves >> 32) + children - 1,
+            next + child_nodes + below_before,
+            below,
+            child.exists};
   }
 
   /// Writes column @p c of node i, and the leaves right below.

@@ -297,10 +297,11 @@ class Enqueuer {
                                     tree_memory_.leaves,
                                     tree_memory_.leaf_boxes};
     const build::WideQueue queue{tree_memory_.plans};
-    steps_.each(plan_.wide, "begin_wide_tree", begin_wide_tree<Layout>, writer, queue, state_);
+    GridProgress* const progress = tree_memory_.progress;
+    steps_.each(plan_.wide, "begin_wide_tree", begin_wide_tree<Layout>, writer, queue, state_, progress);
     // A team of four lanes for each node at most.
     steps_.persistent("write_wide_tree", kBlock, (std::uint64_t{plan_.wide} * 4 - 1) / kBlock + 1,
-                      write_wide_tree<Layout>, writer, queue, state_);
+                      write_wide_tree<Layout>, writer, queue, plan_.many_nodes, state_, progress);
   }
 
   /// Overwrites the linked tree.

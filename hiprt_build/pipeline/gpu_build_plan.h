@@ -24,6 +24,7 @@ struct BuildPlan {
   std::uint32_t slots = 0;     ///< Places that spatial splits use, with gaps; pieces without them.
   std::uint32_t capacity = 0;  ///< Capacity for leaves: slots, unless they are counted.
   std::uint32_t wide = 0;      ///< Capacity for nodes of the file: that of leaves, unless they are counted.
+  std::uint32_t many_nodes = build::kernels::kManyNodes;  ///< A file of so many is written in another order.
   build::Builder builder{};
   NodeLayout layout{};
   bool counted = false;                              ///< Whether `whole` is the number of leaves.
@@ -73,6 +74,7 @@ struct TreeMemory {
   build::CollapsePlan* plans = nullptr;
   build::Reference* leaves = nullptr;  ///< If their boxes are not those of their primitives.
   Box* leaf_boxes = nullptr;
+  build::kernels::GridProgress* progress = nullptr;  ///< Of the file's nodes.
   /// Where nodes and plans will be, until the leaves are sorted.
   build::SortBuffers sort{};
   std::byte* sort_temp = nullptr;

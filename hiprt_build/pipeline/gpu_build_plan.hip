@@ -148,6 +148,7 @@ Result<void> check_arrays(const DeviceGeometry& geometry, std::size_t i) {
 TreeMemory::TreeMemory(Arena& arena, const BuildPlan& plan) {
   const std::uint32_t n = plan.capacity;
   primitives = arena.take<LeafPrimitives>(n);
+  progress = arena.take<build::kernels::GridProgress>(1);
   Arena before = arena;
   nodes = arena.take<LinkedNode>(n);
   plans = arena.take<build::CollapsePlan>(n);

@@ -27,7 +27,7 @@ static __global__ void start(BuildState* state) {
   state->too_deep = 0;
   state->bad_node = kInvalidId;
   state->missing = 0;
-  state->wide = WideProgress{};
+  state->stack_need = 0;
 }
 
 static __global__ void put_geometries(GeometryChunk chunk, std::uint32_t begin, std::uint32_t count,
@@ -97,7 +97,7 @@ static __global__ void count_nodes(const CollapsePlan* plans, BuildState* state)
 inline __device__ FinishedTree finish_tree(const OutputPlan& plan, const BuildState& state) {
   const GroupCounts& counts = state.counts;
   const bool is_run = counts.leaves != 0 && state.nodes == 0;
-  FinishedTree tree{kInvalidRef, state.nodes, find_features(plan, state), state.wide.stack_need > kMaxStackBound,
+  FinishedTree tree{kInvalidRef, state.nodes, find_features(plan, state), state.stack_need > kMaxStackBound,
                     plan.layout == NodeLayout::kQuantized && !is_quantizable(state.bounds.get())};
   if (is_run && !tree.too_large)
     tree.root = make_ref(plan.sections[kLeavesAt].offset,
@@ -118,7 +118,7 @@ inline __device__ void write_head(OutputPlan& plan, const FinishedTree& tree, co
   header.byte_size = plan.size;
   header.section_count = kTreeSections;
   header.root = tree.root;
-  header.stack_bound = state.wide.stack_need;
+  header.stack_bound = state.stack_need;
   header.geometry_count = plan.geometries;
   header.bounds = state.bounds.get();
   header.primitive_count = plan.primitives;
@@ -139,7 +139,7 @@ static __global__ void finish(OutputPlan plan, const BuildState* state) {
   report.view.size = plan.size;
   report.view.geometries = plan.records();
   report.view.root = tree.root;
-  report.view.stack_bound = state->wide.stack_need;
+  report.view.stack_bound = state->stack_need;
   report.view.features = tree.features;
   report.view.layout = plan.layout;
   report.view.bounds = state->bounds.get();

@@ -59,9 +59,19 @@ struct GroupCounts {
 };
 
 /// How far the writing of a wide tree is.
-struct WideProgress {
-  std::uint32_t queued, ticket, stack_need;
+/// @tparam kApart bytes between counters: the atomics of many blocks to one line of a cache wait for each other.
+template <std::size_t kApart> struct WideProgress {
+  alignas(kApart) std::uint32_t queued;  ///< Tasks in the queue.
+  alignas(kApart) std::uint32_t ticket;  ///< Next entry of the queue that no team has taken.
+  // Where groups write subtrees alone:
+  alignas(kApart) std::uint64_t queued_and_alone;  ///< In place of queued; << 32 the nodes that get no task there.
+  alignas(kApart) std::uint32_t tasks;             ///< In the queue at its end; 0: not known yet.
 };
+/// Files with fewer nodes: caches hold what is read and written for them, in whatever order that is.
+inline constexpr std::uint32_t kManyNodes = 1u << 19;
+
+/// Of a whole grid.
+using GridProgress = WideProgress<128>;
 
 /// What a build knows while it runs.
 struct BuildState {
@@ -69,11 +79,11 @@ struct BuildState {
   GroupCounts counts;
   std::uint32_t whole;  ///< Leaves before splits; kInvalidId if nothing is split.
   LinkedRef root;
-  std::uint32_t nodes;     ///< Of the file.
-  std::uint32_t bad_node;  ///< Of an imported tree; kInvalidId: none.
-  std::uint32_t missing;   ///< Primitives that an imported tree has no leaf for.
-  std::uint32_t too_deep;  ///< H-PLOC's tree: lbvh_again() makes another.
-  WideProgress wide;
+  std::uint32_t nodes;       ///< Of the file.
+  std::uint32_t bad_node;    ///< Of an imported tree; kInvalidId: none.
+  std::uint32_t missing;     ///< Primitives that an imported tree has no leaf for.
+  std::uint32_t too_deep;    ///< H-PLOC's tree: lbvh_again() makes another.
+  std::uint32_t stack_need;  ///< Of a traversal of the file.
 };
 
 /// What the climbs need, in the order of the keys.

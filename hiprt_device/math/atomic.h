@@ -16,6 +16,15 @@ HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::u
 #endif
 }
 
+/// The same in 64 bits.
+HIPRT_HD HIPRT_FORCE_INLINE std::uint64_t fetch_add(std::uint64_t* value, std::uint64_t amount) {
+#if HIPRT_DEVICE_CODE
+  return atomicAdd(reinterpret_cast<unsigned long long*>(value), static_cast<unsigned long long>(amount));
+#else
+  return __atomic_fetch_add(value, amount, __ATOMIC_RELAXED);
+#endif
+}
+
 /// *value += amount. A thread that adds after another thread can also read what that thread wrote before.
 /// @return the value before.
 HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t fetch_add_ordered(std::uint32_t* value, std::uint32_t amount) {

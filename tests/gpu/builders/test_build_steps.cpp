@@ -1,6 +1,7 @@
 // Builds in steps: the scenes of enqueue_build(), in memory of the size that they need.
 
 #include <hiprt_build/gpu/build_steps.h>
+#include <tests/gpu/builders/build_as_if_large.h>
 #include <tests/gpu/builders/build_input.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -57,13 +58,19 @@ Stepped in_steps(std::span<const gpu::DeviceGeometry> geometries, const gpu::Bui
   return {bytes_of(scene), steps.report(), allocator.most};
 }
 
-/// By enqueue_build() and compact().
-std::vector<std::byte> at_once(std::span<const gpu::DeviceGeometry> geometries, const gpu::BuildOptions& options) {
+/// @param enqueue enqueue_build(), or what takes as much memory.
+template <class Enqueue>
+std::vector<std::byte> at_once(std::span<const gpu::DeviceGeometry> geometries, const gpu::BuildOptions& options,
+                               const Enqueue& enqueue) {
   CountingAllocator allocator;
   const gpu::BuildSizes sizes = must(gpu::build_sizes(geometries, options));
   gpu::DeviceBuffer output = dirty(sizes.output, allocator), scratch = dirty(sizes.scratch, allocator);
-  const auto* report = must(gpu::enqueue_build(geometries, options, output.data(), scratch.data(), nullptr));
+  const auto* report = must(enqueue(geometries, options, output.data(), scratch.data()));
   return bytes_of(must(gpu::compact(report, nullptr, allocator)).buffer);
+}
+std::vector<std::byte> at_once(std::span<const gpu::DeviceGeometry> geometries, const gpu::BuildOptions& options) {
+  return at_once(geometries, options,
+                 [](const auto&... arguments) { return gpu::enqueue_build(arguments..., nullptr); });
 }
 
 void check_same(Input& input, const gpu::BuildOptions& options) {
@@ -102,6 +109,24 @@ TEST_CASE("scenes in steps equal those at once") {
   for (const Builder builder : {Builder::kLbvh, Builder::kHploc, Builder::kPloc})
     check_same(equal, {.builder = builder, .pair_triangles = false});
   check_same(needles, {.nodes = NodeLayout::kFloat, .widen_boxes = true});
+}
+
+TEST_CASE("files of many nodes are the same") {
+  INFO("seed " << kSeed);
+  const auto check = [](Input& input, const gpu::BuildOptions& options) {
+    INFO(build::name(options.builder) << ", layout " << static_cast<unsigned>(options.nodes));
+    CHECK((at_once(input.geometries, options, enqueue_as_if_large) == at_once(input.geometries, options)));
+  };
+  Input large({oracle::soup(3000, 0.02, kSeed), oracle::torus(40, 20, 0.3)});
+  for (const NodeLayout nodes : kLayouts) check(large, {.builder = Builder::kLbvh, .nodes = nodes});
+  check(large, {.builder = Builder::kHploc, .max_leaf_triangles = 8});
+  check(large, {.builder = Builder::kSbvh});
+  // Trees of about as many nodes as one group writes alone, and of a few times as many.
+  for (unsigned count = 20; count < 200; count += 9) {
+    INFO(count << " triangles");
+    Input input({oracle::soup(count, 0.1, kSeed + count)});
+    check(input, {.builder = Builder::kHploc, .pair_triangles = false});
+  }
 }
 
 TEST_CASE("small and odd scenes in steps") {
