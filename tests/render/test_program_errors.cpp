@@ -45,7 +45,7 @@ TEST_CASE("bvhrender: --help shows examples, --version the version") {
   for (const char* option : {"--output", "--size", "--spp", "--camera", "--mode", "--threads", "--seed"})
     CHECK_THAT(help, Contains(option));
   CHECK_THAT(render_well({"--version"}),
-             Catch::Matches("bvhrender [0-9]+\\.[0-9]+\\.[0-9]+\nGPU code: .+\nEmbree: .+\nMPI: .+\n"));
+             Catch::Matches("bvhrender [0-9]+\\.[0-9]+\\.[0-9]+\nGPU code: .+\nEmbree: .+\nMPI: .+\nassimp: .+\n"));
 }
 
 TEST_CASE("bvhrender: bad usage is status 2, before any file is read") {

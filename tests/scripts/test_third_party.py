@@ -10,20 +10,22 @@ from pathlib import Path
 
 ROW = re.compile(r"^\| ([^|]+) \| [^|]+ \| ([\d.]+) \| ([\d.]+) \| `([^`]+)` \|$", re.MULTILINE)
 RELEASES = ["bookworm", "trixie"]  # the order of the table's columns
-# find_package() names of tools/CMakeLists.txt and the libraries of the table.
+# Names that tools/CMakeLists.txt gives find_package() and find_library(), and the libraries of the table.
 LIBRARIES = {"CLI11": "CLI11", "Freetype": "FreeType", "nlohmann_json": "JSON for Modern C++", "OpenEXR": "OpenEXR",
              "PNG": "libpng", "TinyGLTF": "tinygltf", "zstd": "Zstandard", "draco": "Draco",
-             "meshoptimizer": "meshoptimizer", "MPI": "Open MPI"}
+             "meshoptimizer": "meshoptimizer", "MPI": "Open MPI",
+             "HIPRT_ASSIMP_LIBRARY": "assimp"}
 # Debian's versions and their makers'.
 EXAMPLES = {"2.7.0+dfsg-2": "2.7.0", "1:1.2.13.dfsg-1": "1.2.13", "1:1.3.dfsg+really1.3.1-1+deb13u1": "1.3.1",
-            "1.5.4+dfsg2-5": "1.5.4", "2.4.1+ds-2": "2.4.1", "0.0~git20220908.8b5f1f3+ds-1": "0.0",
-            "1.6.39-2+deb12u4": "1.6.39", "3.11.3-2.1": "3.11.3", "3.1.12-1+b3": "3.1.12"}
+            "1.5.4+dfsg2-5": "1.5.4", "5.2.5~ds0-1+b1": "5.2.5", "2.4.1+ds-2": "2.4.1",
+            "0.0~git20220908.8b5f1f3+ds-1": "0.0", "1.6.39-2+deb12u4": "1.6.39",
+            "3.11.3-2.1": "3.11.3", "3.1.12-1+b3": "3.1.12"}
 
 
 def upstream(version: str) -> str:
     """Without epoch, Debian's revision, and what Debian says of its sources."""
     version = re.sub(r"-[^-]*$", "", version.split(":")[-1])
-    return re.sub(r"^.*\+really|~git.*$|[+.]dfsg\d*$|\+ds\d*$", "", version)
+    return re.sub(r"^.*\+really|~git.*$|[+.]dfsg\d*$|[+~]ds\d*$", "", version)
 
 
 def installed_version(package: str) -> str:
@@ -46,8 +48,8 @@ def release() -> str:
 
 
 def name_faults(root: Path, names: list[str]) -> list[str]:
-    linked = re.findall(r"^\s*find_package\((\w+)", (root / "tools/CMakeLists.txt").read_text(encoding="utf-8"),
-                        re.MULTILINE)
+    text = (root / "tools/CMakeLists.txt").read_text(encoding="utf-8")
+    linked = re.findall(r"^\s*find_(?:package|library)\((\w+)", text, re.MULTILINE)
     faults = [f"SECURITY.md does not name {package}, which tools/CMakeLists.txt finds" for package in linked
               if LIBRARIES.get(package) not in names]
     if sorted(linked) != sorted(LIBRARIES):

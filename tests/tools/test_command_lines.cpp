@@ -38,8 +38,8 @@ TEST_CASE("Command lines: --help shows examples, --version the version") {
     const CommandResult version = run({tool.path, "--version"});
     CHECK(version.status == 0);
     CHECK(version.err.empty());
-    CHECK_THAT(version.out,
-               Catch::Matches(tool.name + " [0-9]+\\.[0-9]+\\.[0-9]+\nGPU code: .+\nEmbree: .+\nMPI: .+\n"));
+    CHECK_THAT(version.out, Catch::Matches(tool.name + " [0-9]+\\.[0-9]+\\.[0-9]+\nGPU code: .+\nEmbree: .+\nMPI: .+\n"
+                                                       "assimp: .+\n"));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <tools/base/gpu_code.h>
 #include <tools/cli/manual.h>
 #include <tools/distributed/launch.h>
+#include <tools/scene_io/mesh/mesh_assimp.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -25,7 +26,7 @@ namespace {
 std::string version_text(const ToolInfo& info) {
   const std::string embree = build::embree_version();
   return tool_version(info) + "\nGPU code: " + gpu_code_summary() + "\nEmbree: " + (embree.empty() ? "none" : embree) +
-         "\nMPI: " + mpi_summary();
+         "\nMPI: " + mpi_summary() + "\nassimp: " + assimp_version();
 }
 
 /// Messages hold names and contents of files: what a terminal would take for a command is shown as \x1b.

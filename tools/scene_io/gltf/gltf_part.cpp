@@ -2,12 +2,12 @@
 
 #include <tools/base/errors.h>
 #include <tools/scene_io/gltf/gltf_accessor.h>
+#include <tools/scene_io/mesh/append_mesh.h>
 
 #include <tiny_gltf.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace hiprt::tools {
@@ -126,15 +126,9 @@ build::Result<GltfPart> read_part(const tinygltf::Model& model, const tinygltf::
 }
 
 build::Result<void> append(Mesh& mesh, const GltfPart& part, const Transform& to_world, std::uint32_t material) {
-  if (part.positions.size() > std::numeric_limits<std::uint32_t>::max() - mesh.positions.size())
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kTooLarge, "all nodes together have more than 4294967295 vertices"});
-  const auto base = static_cast<std::uint32_t>(mesh.positions.size());
-  for (const build::Position& position : part.positions) mesh.positions.push_back(to_world(position));
-  const bool mirrored = to_world.mirrors();
-  for (const build::Triangle& t : part.triangles)
-    mesh.triangles.push_back({base + t[0], base + t[mirrored ? 2 : 1], base + t[mirrored ? 1 : 2]});
-  if (mesh.surface) append_surface(*mesh.surface, part, to_world, material, base);
+  const auto base = append(mesh, part.positions, part.triangles, to_world);
+  if (!base) return tl::unexpected(base.error());
+  if (mesh.surface) append_surface(*mesh.surface, part, to_world, material, *base);
   return {};
 }
 

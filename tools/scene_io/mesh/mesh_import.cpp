@@ -4,6 +4,7 @@
 #include <tools/base/memory_limit.h>
 #include <tools/base/read_input.h>
 #include <tools/base/text.h>
+#include <tools/scene_io/mesh/mesh_assimp.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 
 #include <algorithm>
@@ -70,7 +71,9 @@ build::Result<Mesh> read(std::span<const std::byte> bytes, const std::filesystem
     case MeshFormat::kUnknown:
       break;
   }
-  return invalid_input("unknown mesh format; known are .obj, .ply, .stl, .gltf, .glb, .mesh and .mesh.zst");
+  const std::string extension = lower(path.extension().string());
+  if (assimp_reads(extension)) return read_assimp(bytes, extension);
+  return tl::unexpected(no_reader(extension));
 }
 
 build::Result<void> check_indices(const Mesh& mesh) {
@@ -103,8 +106,10 @@ build::Result<Mesh> read_checked(std::span<const std::byte> bytes, const std::fi
 
 build::Result<MeshAssembly> read_assembly(std::span<const std::byte> bytes, const std::filesystem::path& path,
                                           const std::vector<float>& times, MaterialLibrary* library) {
-  if (format_of(bytes, path) == MeshFormat::kGltf)
-    return read_gltf_assembly(bytes, path.parent_path(), path.filename().string(), times, library);
+  const MeshFormat format = format_of(bytes, path);
+  const std::string name = path.filename().string(), extension = lower(path.extension().string());
+  if (format == MeshFormat::kGltf) return read_gltf_assembly(bytes, path.parent_path(), name, times, library);
+  if (format == MeshFormat::kUnknown && assimp_reads(extension)) return read_assimp_assembly(bytes, extension, name);
   auto mesh = read_checked(bytes, path, library);
   if (!mesh) return tl::unexpected(mesh.error());
   MeshAssembly result;

@@ -43,6 +43,7 @@ struct Mesh {
 /// - .gltf, .glb: glTF 2.0; every triangle primitive of every node of the default scene, with the node's transform
 ///   (computed in double, rounded once). Mirrored nodes keep their outside. Images are read only for @p library. Skins
 ///   and morph targets are applied as the nodes are posed without animations (gltf_deform.h).
+/// - Others that assimp reads, if this build has it: see mesh_assimp.h.
 /// - .mesh, .mesh.zst: u32 vertex count, u32 triangle count, float32 positions, u32 indices, little-endian.
 /// Lines of text formats end with LF, CRLF or CR; a UTF-8 byte order mark before the first is skipped.
 /// Polygons become size - 2 triangles each (polygons.h). NaN and infinite coordinates are kept: the builder drops and
@@ -69,8 +70,8 @@ struct MeshAssembly {
 
 /// As load_mesh(), but keeps every mesh of a glTF file separate, in the order of the file. A mesh has one use per node,
 /// or as many as EXT_mesh_gpu_instancing says. Meshes without triangles or without nodes are left out. A node with a
-/// skin or with weights of morph targets has a mesh of its own, in the shape of the first time. Other files are one
-/// mesh that is used once.
+/// skin or with weights of morph targets has a mesh of its own, in the shape of the first time. Files that assimp reads
+/// are separated likewise. Other files are one mesh that is used once.
 /// @param times in seconds, at which animations are evaluated (all of the file at once, gltf_animation.h). Empty:
 /// animations are ignored.
 /// @param library as for load_mesh().
