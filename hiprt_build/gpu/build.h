@@ -60,7 +60,8 @@ struct BuildOptions {
   bool pair_triangles = true;
   bool widen_boxes = false;  ///< As build::BuildOptions.
   build::SahCosts costs{};
-  /// Called before each step, after the host has waited for the one before. Return false to cancel. Unset: no waiting.
+  /// Called before each step and, where steps are long, between their rounds or levels. Before that the host waits for
+  /// what was started. Return false to cancel. Unset: no waiting.
   build::ProgressCallback progress{};
 };
 

@@ -2,7 +2,7 @@
 /// What becomes of a tree on the device before it is shown as a wide one. Internal.
 
 #include <hiprt_build/encode/write_wide.h>
-#include <hiprt_build/gpu/error.h>
+#include <hiprt_build/exec/gpu_long_step.h>
 #include <hiprt_build/reinsert/reinsert_steps.h>
 
 namespace hiprt::gpu {
@@ -21,6 +21,7 @@ std::uint64_t finish_tree_scratch(std::uint32_t capacity, unsigned rounds);
 
 /// Reinsertion, then the plans of all nodes, as steps of a stream. A tree that reinsertion has made too deep for a file
 /// becomes again what it was.
-Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* scratch, hipStream_t stream);
+/// @param asks between rounds.
+Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* scratch, hipStream_t stream, LongStep asks = {});
 
 }  // namespace hiprt::gpu

@@ -52,7 +52,7 @@ std::uint64_t finish_tree_scratch(std::uint32_t capacity, unsigned rounds) {
   return arena.size();
 }
 
-Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* memory, hipStream_t stream) {
+Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* memory, hipStream_t stream, LongStep asks) {
   const std::uint32_t capacity = input.capacity;
   const build::PlannedTree& tree = input.tree;
   Arena arena(memory);
@@ -74,7 +74,9 @@ Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* memory, hipS
                scratch.found, scratch.bids, scratch.granted);
     steps.each(scratch.looking, "apply_reinsertions", apply_reinsertions, shape, lookers, scratch.looking,
                scratch.found, scratch.granted);
-    if (round + 1 < input.rounds) steps.each(capacity, "refit_round", refit_round, shape, scratch.met);
+    if (round + 1 == input.rounds) break;
+    steps.each(capacity, "refit_round", refit_round, shape, scratch.met);
+    steps.then([&] { return asks.done(stream, capacity, (round + 1.0) / input.rounds); });
   }
   if (input.rounds == 0) scratch.clear(steps, capacity);
   steps.each(capacity, "refit_tree", refit_tree, tree, size, scratch.parents, scratch.met);

@@ -2,7 +2,7 @@
 /// Top-down builders on the device: binned SAH, with spatial splits where they are cheaper, as sbvh.cpp on the host.
 /// Internal.
 
-#include <hiprt_build/gpu/error.h>
+#include <hiprt_build/exec/gpu_long_step.h>
 #include <hiprt_build/input/geometry.h>
 #include <hiprt_build/tree/binary_tree.h>
 
@@ -51,7 +51,8 @@ std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t capacity, cons
 
 /// Enqueues the launches of a build. Their number depends on the sizes only. The input is not changed and must not
 /// overlap the output. Two runs give the same bytes.
+/// @param asks between levels.
 Result<void> enqueue_top_down(const TopDownInput& input, const TopDownOutput& output, std::byte* scratch,
-                              hipStream_t stream, const TopDownTuning& tuning);
+                              hipStream_t stream, const TopDownTuning& tuning, LongStep asks = {});
 
 }  // namespace hiprt::gpu

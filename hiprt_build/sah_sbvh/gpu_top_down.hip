@@ -84,12 +84,15 @@ class Enqueuer {
     tree_.overlap = input.least_overlap;
   }
 
-  Result<void> run() {
+  Result<void> run(LongStep asks) {
     steps_.fill_bytes("the state", tree_.state, 1, 0);
     steps_.fill_bytes("the nodes", tree_.nodes, input_.capacity, 0xff);
     steps_.fill_bytes("the shared ranges", tree_.shared_ranges, tree_.most_shared, 0xff);
     compact();
-    for (unsigned level = 0; level < limits_.levels; ++level) split(level);
+    for (unsigned level = 0; level < limits_.levels; ++level) {
+      split(level);
+      steps_.then([&] { return asks.done(steps_.stream(), input_.input, (level + 1.0) / (limits_.levels + 1.0)); });
+    }
     if (spatial_)
       steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<true>, tree_);
     else
@@ -142,8 +145,8 @@ std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t capacity, cons
 }
 
 Result<void> enqueue_top_down(const TopDownInput& input, const TopDownOutput& output, std::byte* scratch,
-                              hipStream_t stream, const TopDownTuning& tuning) {
-  return Enqueuer(input, output, scratch, stream, tuning).run();
+                              hipStream_t stream, const TopDownTuning& tuning, LongStep asks) {
+  return Enqueuer(input, output, scratch, stream, tuning).run(asks);
 }
 
 }  // namespace hiprt::gpu

@@ -69,7 +69,8 @@ struct Outcome {
   }
 };
 
-Outcome finish(const HostTree& tree, unsigned rounds, std::uint32_t most_height) {
+Outcome finish(const HostTree& tree, unsigned rounds, std::uint32_t most_height, gpu::LongStep asks = {},
+               Result<void>* result = nullptr) {
   CountingAllocator allocator;
   const auto n = static_cast<std::uint32_t>(tree.references.size());
   auto references = must(gpu::DeviceArray<Reference>::from(tree.references, nullptr, allocator));
@@ -81,7 +82,11 @@ Outcome finish(const HostTree& tree, unsigned rounds, std::uint32_t most_height)
   must(scratch.fill(std::byte{0xa5}, nullptr));
   const PlannedTree planned{
       {references.data()}, nodes.data(), {plans.data(), references.data(), {1.0f, 1.0f, 1.0f, 8}}, root.data()};
-  must(gpu::enqueue_finish_tree({planned, n, nullptr, rounds, most_height}, scratch.data(), nullptr));
+  const auto done = gpu::enqueue_finish_tree({planned, n, nullptr, rounds, most_height}, scratch.data(), nullptr, asks);
+  if (result != nullptr)
+    *result = done;
+  else
+    must(done);
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
   return Outcome{must(nodes.to_vector(nullptr)), must(plans.to_vector(nullptr))[tree.root].need};
 }
@@ -115,4 +120,32 @@ TEST_CASE("a tree that reinsertion makes too deep for a file becomes again what 
   CHECK(high.has_links_of(tree.nodes));
   CHECK(high.area(tree.root) == finish(tree, 0, 100'000).area(tree.root));
   CHECK_FALSE(finish(tree, 3, 100'000).has_links_of(tree.nodes));
+}
+
+TEST_CASE("reinsertion asks between its rounds whether to go on") {
+  const HostTree tree(oracle::soup(300, 0.3, 20261129));
+  const auto n = tree.references.size();
+  std::vector<double> asked;
+  const build::ProgressCallback note = [&](const build::Progress& progress) {
+    CHECK(std::string(progress.step) == "reinsert");
+    asked.push_back(progress.fraction);
+    return true;
+  };
+  const Outcome expected = finish(tree, 8, kMostReinsertionHeight);
+  const Outcome all = finish(tree, 8, kMostReinsertionHeight, gpu::LongStep(note, "reinsert", 0.5, 0.8, 1));
+  CHECK(all.has_links_of(expected.nodes));
+  CHECK(asked.size() == 7);
+  CHECK(std::is_sorted(asked.begin(), asked.end()));
+  CHECK((asked.front() > 0.5 && asked.back() < 0.8));
+  asked.clear();
+  finish(tree, 8, kMostReinsertionHeight, gpu::LongStep(note, "reinsert", 0.5, 0.8, 3 * n));
+  CHECK(asked.size() == 2);
+  unsigned calls = 0;
+  const build::ProgressCallback stop = [&](const build::Progress&) { return ++calls < 3; };
+  Result<void> result{};
+  finish(tree, 8, kMostReinsertionHeight, gpu::LongStep(stop, "reinsert", 0.5, 0.8, 1), &result);
+  CHECK(calls == 3);
+  REQUIRE_FALSE(result.has_value());
+  CHECK(result.error().code == ErrorCode::kCancelled);
+  CHECK(result.error().message == "the build was cancelled in step reinsert");
 }

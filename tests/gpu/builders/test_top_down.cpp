@@ -83,7 +83,7 @@ struct Outcome {
 
 /// Scratch memory and output hold @p garbage at first.
 Outcome build_on_device(const Scene& scene, double budget, bool spatial, const gpu::TopDownTuning& tuning,
-                        std::byte garbage = std::byte{0xa5}) {
+                        std::byte garbage = std::byte{0xa5}, gpu::LongStep asks = {}) {
   CountingAllocator allocator;
   const auto n = static_cast<std::uint32_t>(scene.references.size());
   const auto capacity = static_cast<std::uint32_t>(build::split_capacity(n, spatial ? budget : 1.0));
@@ -104,7 +104,7 @@ Outcome build_on_device(const Scene& scene, double budget, bool spatial, const g
   must(scratch.fill(garbage, nullptr));
   must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, spatial, kLeastOverlap},
                              {references.data(), nodes.data(), results.data(), results.data() + 1}, scratch.data(),
-                             nullptr, tuning));
+                             nullptr, tuning, asks));
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
   Outcome outcome;
   outcome.references = must(references.to_vector(nullptr));
@@ -324,4 +324,20 @@ TEST_CASE("many references, built top-down") {
   oracle::append(mesh, oracle::needles(200, 300, kSeed));
   const Scene scene(std::move(mesh));
   for (const double budget : {1.0, 1.5}) CHECK(check_tree(scene, budget, {}, "many") < 1.01);
+}
+
+TEST_CASE("top-down trees ask between their levels whether to go on") {
+  const Scene scene(oracle::soup(400, 0.2, kSeed));
+  std::vector<double> asked;
+  const build::ProgressCallback note = [&](const build::Progress& progress) {
+    asked.push_back(progress.fraction);
+    return true;
+  };
+  const auto expected = build_on_device(scene, 1.5, true, kTiny);
+  const auto tree =
+      build_on_device(scene, 1.5, true, kTiny, std::byte{0xa5}, gpu::LongStep(note, "split", 0.2, 0.5, 1));
+  CHECK(tree.leaves == expected.leaves);
+  CHECK(asked.size() > 4);
+  CHECK(std::is_sorted(asked.begin(), asked.end()));
+  CHECK((asked.front() > 0.2 && asked.back() < 0.5));
 }
