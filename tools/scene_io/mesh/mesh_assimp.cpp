@@ -12,6 +12,7 @@
 #include <tools/scene_io/mesh/append_mesh.h>
 #include <tools/scene_io/mesh/polygons.h>
 
+#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <assimp/version.h>
 #include <assimp/Importer.hpp>
@@ -155,7 +156,9 @@ build::Result<MeshAssembly> read_assimp_assembly(std::span<const std::byte> byte
                                                  const std::string& name) {
   Assimp::Importer importer;
   importer.SetProgressHandler(std::make_unique<Cancel>().release());  // The importer deletes it.
-  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, extension.c_str() + 1);
+  // Some readers make scenes with missing nodes: they must be refused before anybody follows the pointers.
+  const aiScene* scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_ValidateDataStructure, extension.c_str() + 1);
   if (interrupted()) return cancelled();
   const std::string_view error = importer.GetErrorString();
   if (error.find("bad_alloc") != std::string_view::npos || error.find("bad alloc") != std::string_view::npos)
