@@ -40,19 +40,29 @@ struct TriangleMesh {
   std::span<const TrianglePair> pairs{};
 };
 
-/// Spheres or round linear curves. build() reads the spans and does not keep them.
+/// Spheres, round linear curves, or triangles that move. build() reads the spans and does not keep them.
 struct Shapes {
   ShapeKind kind = ShapeKind::kNone;
   std::span<const ShapePoint> points{};  ///< Fewer than 2^32. Finite, radii at least 0.
   /// kCurves: segment i runs from points[segments[i]] to the next point. The segments of a strand name all its points
-  /// except the last. kSpheres: empty, sphere i is points[i].
+  /// except the last. kMovingTriangles: three vertices of each triangle. kSpheres: empty, sphere i is points[i].
   std::span<const std::uint32_t> segments{};
+  /// kMovingTriangles: at how many times the vertices are stated, 2 or more, equally spaced from 0 to 1. The vertices
+  /// of one time follow each other in points, with radius 0. Else 0.
+  std::uint32_t keys = 0;
 
-  std::size_t size() const { return kind == ShapeKind::kCurves ? segments.size() : points.size(); }
-  /// The smallest box of floats around primitive @p i; inverted for one that is never hit (radius 0).
+  std::size_t size() const {
+    return kind == ShapeKind::kCurves            ? segments.size()
+           : kind == ShapeKind::kMovingTriangles ? segments.size() / 3
+                                                 : points.size();
+  }
+  /// A box around primitive @p i: of spheres and curves the smallest one of floats, and inverted for one that is never
+  /// hit (radius 0).
   Box bounds(std::size_t i) const {
-    return kind == ShapeKind::kCurves ? curve_bounds(points[segments[i]], points[std::size_t{segments[i]} + 1])
-                                      : sphere_bounds(points[i]);
+    if (kind == ShapeKind::kCurves) return curve_bounds(points[segments[i]], points[std::size_t{segments[i]} + 1]);
+    if (kind == ShapeKind::kSpheres) return sphere_bounds(points[i]);
+    return moving_triangle_bounds(points.data(), static_cast<std::uint32_t>(points.size() / keys), keys,
+                                  &segments[3 * i]);
   }
 };
 

@@ -159,11 +159,17 @@ ShapeKind shape_of(const BufferView& view, std::size_t geometry) {
   return view.shapes.empty() ? ShapeKind::kNone : view.shapes[geometry].kind;
 }
 
-/// "custom primitives of type 7", "spheres of type 0", "segments of curves of type 1, 12 points".
+/// "custom primitives of type 7", "spheres of type 0", "segments of curves of type 1, 12 points", "moving triangles of
+/// type 2, 8 vertices, 3 keys".
 std::string custom_text(const BufferView& view, std::size_t i) {
   const ShapeKind shape = shape_of(view, i);
   const std::string type = " of type " + std::to_string(geometry_type(view.geometries[i].flags));
   if (shape == ShapeKind::kSpheres) return "spheres" + type;
+  if (shape == ShapeKind::kMovingTriangles) {
+    const ShapeRecord& record = view.shapes[i];
+    return "moving triangles" + type + ", " + std::to_string(record.point_count / record.keys) + " vertices, " +
+           std::to_string(record.keys) + " keys";
+  }
   if (shape != ShapeKind::kCurves) return "custom primitives" + type;
   return "segments of curves" + type + ", " + std::to_string(view.shapes[i].point_count) + " points";
 }
@@ -193,8 +199,11 @@ nlohmann::json geometry_json(const BufferView& view, std::size_t i) {
   if (custom) result["type"] = geometry_type(geometry.flags);
   const ShapeKind shape = shape_of(view, i);
   if (shape == ShapeKind::kNone) return result;
-  result["shapes"] = shape == ShapeKind::kCurves ? "curves" : "spheres";
+  result["shapes"] = shape == ShapeKind::kCurves    ? "curves"
+                     : shape == ShapeKind::kSpheres ? "spheres"
+                                                    : "moving triangles";
   result["points"] = view.shapes[i].point_count;
+  if (shape == ShapeKind::kMovingTriangles) result["keys"] = view.shapes[i].keys;
   return result;
 }
 

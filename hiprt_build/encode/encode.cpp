@@ -57,9 +57,11 @@ void write_shapes(CpuEngine& engine, const BuildInput& scene, const FileLayout& 
   std::uint64_t points = file[kTreeSections + 1].offset, segments = file[kTreeSections + 2].offset;
   for (const CustomGeometry& custom : scene.customs) {
     const Shapes& shapes = custom.shapes;
-    const bool curves = shapes.kind == ShapeKind::kCurves;
+    const bool numbers = segment_numbers(shapes.kind) != 0;
     if (shapes.kind != ShapeKind::kNone)
-      *record = {points, curves ? segments : 0, static_cast<std::uint32_t>(shapes.points.size()), shapes.kind, {}};
+      *record = {
+          points, numbers ? segments : 0, static_cast<std::uint32_t>(shapes.points.size()), shapes.kind, shapes.keys,
+          0};
     ++record;
     engine.copy(shapes.points, std::span(reinterpret_cast<ShapePoint*>(bytes + points), shapes.points.size()));
     engine.copy(shapes.segments, std::span(reinterpret_cast<std::uint32_t*>(bytes + segments), shapes.segments.size()));

@@ -38,28 +38,26 @@ template <class Layout> class ShapeCheck {
     return {};
   }
 
-  /// Checks that the second point of each segment is a point of the geometry, too.
+  /// Checks that the second point of each segment is a point of the geometry, too, or that corners are vertices.
   Check check_segments(std::size_t geometry) const {
-    const std::uint64_t points = view_.shapes[geometry].point_count;
+    const ShapeRecord& shape = view_.shapes[geometry];
+    const bool moves = shape.kind == ShapeKind::kMovingTriangles;
+    const std::uint64_t limit = moves ? shape.point_count / shape.keys : shape.point_count, more = moves ? 0 : 1;
     const auto segments = view_.segments_of(geometry);
     for (std::size_t i = 0; i < segments.size(); ++i)
-      if (std::uint64_t{segments[i]} + 1 >= points)
-        return fail(FormatError::kBadShape, view_.shapes[geometry].segments + i * sizeof(std::uint32_t), segments[i],
-                    points);
+      if (segments[i] + more >= limit)
+        return fail(FormatError::kBadShape, shape.segments + i * sizeof(std::uint32_t), segments[i], limit);
     return {};
   }
 
   /// Checks that each shape in a leaf lies in its box there.
   Check check_boxes(std::size_t geometry) const {
     const GeometryRecord& record = view_.geometries[geometry];
-    const auto points = view_.points_of(geometry);
-    const auto segments = view_.segments_of(geometry);
     if (view_.shapes[geometry].kind == ShapeKind::kNone) return {};
     for (std::size_t i = 0; i < record.primitive_count; ++i) {
       const std::uint32_t slot = view_.primitive_map[record.first_primitive + i];
       if (slot == kInvalidId) continue;
-      const Box shape = segments.empty() ? sphere_bounds(points[i])
-                                         : curve_bounds(points[segments[i]], points[std::size_t{segments[i]} + 1]);
+      const Box shape = bounds_of(geometry, i);
       const Box& box = custom_leaf(leaves_[slot / 2]).box[slot % 2];
       // No plane of an empty box is outside.
       const unsigned outside = first_plane_outside(shape, box);
@@ -69,6 +67,15 @@ template <class Layout> class ShapeCheck {
       return fail_plane(FormatError::kBoxNotContained, at, outside, shape, box);
     }
     return {};
+  }
+
+  Box bounds_of(std::size_t geometry, std::size_t i) const {
+    const ShapeRecord& shape = view_.shapes[geometry];
+    const auto points = view_.points_of(geometry);
+    const auto numbers = view_.segments_of(geometry);
+    if (shape.kind == ShapeKind::kSpheres) return sphere_bounds(points[i]);
+    if (shape.kind == ShapeKind::kCurves) return curve_bounds(points[numbers[i]], points[std::size_t{numbers[i]} + 1]);
+    return moving_triangle_bounds(points.data(), shape.point_count / shape.keys, shape.keys, &numbers[3 * i]);
   }
 
   const BufferView& view_;

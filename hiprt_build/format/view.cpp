@@ -245,23 +245,28 @@ tl::expected<void, FormatIssue> check_shape_record(const BufferView& view, std::
   const GeometryRecord& geometry = view.geometries[i];
   const std::uint64_t at = view.shape_entry.offset + i * sizeof(ShapeRecord);
   const std::uint64_t count_at = at + offsetof(ShapeRecord, point_count);
-  for (const std::uint32_t& word : shape.reserved)
-    if (word != 0) return fail(FormatError::kBadReservedField, at + offsetof(ShapeRecord, reserved), word, 0);
+  if (shape.reserved != 0)
+    return fail(FormatError::kBadReservedField, at + offsetof(ShapeRecord, reserved), shape.reserved, 0);
   const bool custom = (geometry.flags & kGeometryCustom) != 0;
-  if (shape.kind > ShapeKind::kCurves || (shape.kind != ShapeKind::kNone && !custom))
+  if (shape.kind > ShapeKind::kMovingTriangles || (shape.kind != ShapeKind::kNone && !custom))
     return fail(FormatError::kBadShape, at + offsetof(ShapeRecord, kind), static_cast<std::uint32_t>(shape.kind),
-                custom ? static_cast<std::uint32_t>(ShapeKind::kCurves) : 0);
+                custom ? static_cast<std::uint32_t>(ShapeKind::kMovingTriangles) : 0);
+  const bool moves = shape.kind == ShapeKind::kMovingTriangles;
+  if (moves ? shape.keys < 2 : shape.keys != 0)
+    return fail(FormatError::kBadShape, at + offsetof(ShapeRecord, keys), shape.keys, moves ? 2 : 0);
   if (shape.kind == ShapeKind::kNone && shape.points != 0) return fail(FormatError::kBadShape, at, shape.points, 0);
   if (shape.kind == ShapeKind::kNone && shape.point_count != 0)
     return fail(FormatError::kBadShape, count_at, shape.point_count, 0);
-  if (shape.kind != ShapeKind::kCurves && shape.segments != 0)
-    return fail(FormatError::kBadShape, at + offsetof(ShapeRecord, segments), shape.segments, 0);
+  const std::uint64_t numbers = segment_numbers(shape.kind), segments_at = at + offsetof(ShapeRecord, segments);
+  if (numbers == 0 && shape.segments != 0) return fail(FormatError::kBadShape, segments_at, shape.segments, 0);
   if (shape.kind == ShapeKind::kNone) return {};
   if (auto range = check_shape_range(view.shape_point_entry, shape.points, at, shape.point_count, count_at); !range)
     return range;
-  if (shape.kind == ShapeKind::kCurves)
-    return check_shape_range(view.curve_segment_entry, shape.segments, at + offsetof(ShapeRecord, segments),
-                             geometry.primitive_count, at + offsetof(ShapeRecord, segments));
+  if (moves && shape.point_count % shape.keys != 0)
+    return fail(FormatError::kBadShape, count_at, shape.point_count, shape.point_count / shape.keys * shape.keys);
+  if (numbers != 0)
+    return check_shape_range(view.curve_segment_entry, shape.segments, segments_at, numbers * geometry.primitive_count,
+                             segments_at);
   if (shape.point_count == geometry.primitive_count) return {};
   return fail(FormatError::kBadShape, count_at, shape.point_count, geometry.primitive_count);
 }

@@ -38,7 +38,7 @@ struct BufferView {
   std::span<const MotionSegment> segments;        ///< Of all motions.
   std::span<const ShapeRecord> shapes;            ///< Empty if the file does not define its custom primitives.
   std::span<const ShapePoint> shape_points;       ///< Of all shapes.
-  std::span<const std::uint32_t> curve_segments;  ///< Of all curves.
+  std::span<const std::uint32_t> curve_segments;  ///< Of all curves and moving triangles.
   std::span<const std::uint64_t> object_shapes;   ///< Per object the offset of its shapes; empty if no object has
                                                   ///< shapes.
 
@@ -58,13 +58,14 @@ struct BufferView {
     const std::uint64_t first = (shapes[geometry].points - shape_point_entry.offset) / sizeof(ShapePoint);
     return shape_points.subspan(static_cast<std::size_t>(first), shapes[geometry].point_count);
   }
-  /// First points of a geometry's segments; empty unless it has curves.
+  /// First points of a geometry's segments, or the corners of its moving triangles; empty unless it has these.
   /// @pre open_buffer() accepted the file.
   std::span<const std::uint32_t> segments_of(std::size_t geometry) const {
-    if (shapes.empty() || shapes[geometry].kind != ShapeKind::kCurves) return {};
+    const std::size_t per_primitive = shapes.empty() ? 0 : segment_numbers(shapes[geometry].kind);
+    if (per_primitive == 0) return {};
     const std::uint64_t first = (shapes[geometry].segments - curve_segment_entry.offset) / sizeof(std::uint32_t);
     return curve_segments.subspan(static_cast<std::size_t>(first),
-                                  static_cast<std::size_t>(geometries[geometry].primitive_count));
+                                  per_primitive * static_cast<std::size_t>(geometries[geometry].primitive_count));
   }
   /// The file of an object.
   /// @pre open_buffer() accepted this file.

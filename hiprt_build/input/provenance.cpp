@@ -118,7 +118,7 @@ std::string hash_of(Monitor& monitor, const TriangleMesh& mesh) {
 std::string hash_of(Monitor& monitor, const CustomGeometry& custom) {
   std::vector<Box> boxes;
   return hash(monitor, packed(custom.boxes, boxes), std::span(&custom.mask, 1), custom.shapes.points,
-              custom.shapes.segments);
+              custom.shapes.segments, std::span(&custom.shapes.keys, custom.shapes.keys == 0 ? 0 : 1));
 }
 
 std::string describe_input(Monitor& monitor, const SceneInput& scene) {

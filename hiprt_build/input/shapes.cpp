@@ -16,10 +16,42 @@ std::string point_fault(const Shapes& shapes, std::size_t i) {
          (point.radius < 0.0f ? ", at least 0 expected" : ", a finite number expected");
 }
 
+/// The keys of moving triangles, and that other shapes have none.
+Result<void> check_keys(const Shapes& shapes, const std::string& prefix) {
+  const std::string keys = prefix + std::to_string(shapes.keys) + " keys";
+  if (shapes.kind != ShapeKind::kMovingTriangles) {
+    if (shapes.keys == 0) return {};
+    return tl::unexpected(invalid(keys + " of shapes that do not move"));
+  }
+  if (shapes.keys < 2) return tl::unexpected(invalid(keys + " of moving triangles, 2 or more expected"));
+  if (shapes.points.size() % shapes.keys != 0)
+    return tl::unexpected(
+        invalid(keys + ", but " + std::to_string(shapes.points.size()) + " points: each key needs all vertices"));
+  if (shapes.segments.size() % 3 != 0)
+    return tl::unexpected(
+        invalid(prefix + std::to_string(shapes.segments.size()) + " vertex numbers, a multiple of 3 expected"));
+  return {};
+}
+
+/// Segments or vertex numbers beyond the points.
+Result<void> check_segments(CpuEngine& engine, const Shapes& shapes, const std::string& prefix) {
+  const bool moves = shapes.kind == ShapeKind::kMovingTriangles;
+  const std::size_t points = shapes.points.size(), limit = moves ? points / shapes.keys : points, more = moves ? 0 : 1;
+  const std::size_t i =
+      engine.find_first(shapes.segments.size(), [&](std::size_t k) { return shapes.segments[k] + more >= limit; });
+  if (i == shapes.segments.size()) return {};
+  if (moves)
+    return tl::unexpected(invalid(prefix + "triangle " + std::to_string(i / 3) + ": vertex " +
+                                  std::to_string(shapes.segments[i]) + ", but there are " + std::to_string(limit)));
+  return tl::unexpected(
+      invalid(prefix + "segment " + std::to_string(i) + ": points " + std::to_string(shapes.segments[i]) + " and " +
+              std::to_string(std::uint64_t{shapes.segments[i]} + 1) + ", but there are " + std::to_string(points)));
+}
+
 /// @param prefix of messages.
 Result<void> check_shapes(CpuEngine& engine, const Shapes& shapes, const std::string& prefix) {
   constexpr std::uint64_t kMostPoints = kInvalidId;
-  if (shapes.kind > ShapeKind::kCurves)
+  if (shapes.kind > ShapeKind::kMovingTriangles)
     return tl::unexpected(
         invalid(prefix + "shapes of kind " + std::to_string(static_cast<std::uint32_t>(shapes.kind))));
   const std::size_t points = shapes.points.size();
@@ -27,18 +59,14 @@ Result<void> check_shapes(CpuEngine& engine, const Shapes& shapes, const std::st
     return tl::unexpected(
         Error{ErrorCode::kTooLarge,
               prefix + std::to_string(points) + " points of shapes, the limit is " + std::to_string(kMostPoints)});
-  if (shapes.kind != ShapeKind::kCurves && !shapes.segments.empty())
+  if (segment_numbers(shapes.kind) == 0 && !shapes.segments.empty())
     return tl::unexpected(
         invalid(prefix + std::to_string(shapes.segments.size()) + " segments of shapes that are no curves"));
+  if (auto keys = check_keys(shapes, prefix); !keys) return keys;
   const std::size_t bad =
       engine.find_first(points, [&](std::size_t i) { return !shape_detail::is_valid(shapes.points[i]); });
   if (bad != points) return tl::unexpected(invalid(prefix + point_fault(shapes, bad)));
-  const std::size_t i = engine.find_first(shapes.segments.size(),
-                                          [&](std::size_t k) { return std::size_t{shapes.segments[k]} + 1 >= points; });
-  if (i == shapes.segments.size()) return {};
-  return tl::unexpected(
-      invalid(prefix + "segment " + std::to_string(i) + ": points " + std::to_string(shapes.segments[i]) + " and " +
-              std::to_string(std::uint64_t{shapes.segments[i]} + 1) + ", but there are " + std::to_string(points)));
+  return check_segments(engine, shapes, prefix);
 }
 
 /// Boxes that build() drops need not hold anything.
@@ -61,7 +89,7 @@ Result<void> check_shapes(CpuEngine& engine, const BuildInput& input) {
     if (shapes.kind == ShapeKind::kNone && shapes.points.empty() && shapes.segments.empty()) continue;
     const std::size_t geometry = input.meshes.size() + c;
     const std::string here = describe(input, geometry) + ": ";
-    if (shapes.kind != ShapeKind::kSpheres && shapes.kind != ShapeKind::kCurves)
+    if (shapes.kind == ShapeKind::kNone || shapes.kind > ShapeKind::kMovingTriangles)
       return tl::unexpected(
           invalid(here + "shapes of kind " + std::to_string(static_cast<std::uint32_t>(shapes.kind))));
     if (auto checked = check_shapes(engine, shapes, here); !checked) return checked;

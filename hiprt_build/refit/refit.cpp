@@ -53,9 +53,10 @@ Result<void> check_same_shapes(const BufferView& view, const BuildInput& input) 
     const Shapes& shapes = input.customs[g - input.meshes.size()].shapes;
     const ShapeKind kind = view.shapes.empty() ? ShapeKind::kNone : view.shapes[g].kind;
     const auto kind_text = [](ShapeKind k) {
-      return k == ShapeKind::kSpheres  ? "spheres"
-             : k == ShapeKind::kCurves ? "curves"
-                                       : "custom primitives without shapes";
+      return k == ShapeKind::kSpheres           ? "spheres"
+             : k == ShapeKind::kCurves          ? "curves"
+             : k == ShapeKind::kMovingTriangles ? "moving triangles"
+                                                : "custom primitives without shapes";
     };
     if (shapes.kind != kind)
       return tl::unexpected(invalid(describe(input, g) + ": " + kind_text(shapes.kind) +
@@ -65,9 +66,16 @@ Result<void> check_same_shapes(const BufferView& view, const BuildInput& input) 
       return tl::unexpected(invalid(describe(input, g) + ": " + std::to_string(shapes.points.size()) +
                                     " points of shapes, but the file to refit has " +
                                     std::to_string(view.shapes[g].point_count)));
+    if (shapes.keys != view.shapes[g].keys)
+      return tl::unexpected(invalid(describe(input, g) + ": " + std::to_string(shapes.keys) +
+                                    " keys, but the file to refit has " + std::to_string(view.shapes[g].keys)));
     const auto segments = view.segments_of(g);
     const auto [here, there] =
         std::mismatch(shapes.segments.begin(), shapes.segments.end(), segments.begin(), segments.end());
+    if (here != shapes.segments.end() && kind == ShapeKind::kMovingTriangles)
+      return tl::unexpected(invalid(describe(input, g) + ": triangle " +
+                                    std::to_string((here - shapes.segments.begin()) / 3) + " has vertex " +
+                                    std::to_string(*here) + ", but in the file to refit " + std::to_string(*there)));
     if (here != shapes.segments.end())
       return tl::unexpected(invalid(describe(input, g) + ": segment " + std::to_string(here - shapes.segments.begin()) +
                                     " begins at point " + std::to_string(*here) + ", but in the file to refit at " +

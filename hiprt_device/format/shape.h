@@ -8,24 +8,34 @@ namespace hiprt {
 
 /// The kind of a geometry's primitives.
 enum class ShapeKind : std::uint32_t {
-  kNone = 0,     ///< Triangles, or custom primitives that only the program knows.
-  kSpheres = 1,  ///< Primitive i is the sphere of point i.
-  kCurves = 2,   ///< Primitive i is the round linear curve from point segment[i] to the next one.
+  kNone = 0,             ///< Triangles, or custom primitives that only the program knows.
+  kSpheres = 1,          ///< Primitive i is the sphere of point i.
+  kCurves = 2,           ///< Primitive i is the round linear curve from point segment[i] to the next one.
+  kMovingTriangles = 3,  ///< Primitive i is a triangle whose corners move: vertices segment[3 i] to segment[3 i + 2].
 };
 
-/// A sphere, or a point of a curve's axis.
+/// Numbers that kCurveSegments holds per primitive.
+HIPRT_HD constexpr std::uint32_t segment_numbers(ShapeKind kind) {
+  return kind == ShapeKind::kCurves ? 1 : kind == ShapeKind::kMovingTriangles ? 3 : 0;
+}
+
+/// A sphere, a point of a curve's axis, or a vertex at one time.
 struct ShapePoint {
   float position[3];  ///< Finite.
-  float radius;       ///< Finite, at least 0.
+  float radius;       ///< Finite, at least 0. Of vertices: 0.
 };
 
 /// The points of one geometry. Record i belongs to geometry i.
 struct ShapeRecord {
-  std::uint64_t points;       ///< Offset in the file of the geometry's first ShapePoint; 0: it has no shapes.
-  std::uint64_t segments;     ///< kCurves: offset in the file of its first segment's number; else 0.
+  std::uint64_t points;  ///< Offset in the file of the geometry's first ShapePoint; 0: it has no shapes.
+  /// kCurves: offset in the file of its first segment's number. kMovingTriangles: of its first vertex number. Else 0.
+  std::uint64_t segments;
   std::uint32_t point_count;  ///< Number of points, one after the other.
   ShapeKind kind;
-  std::uint32_t reserved[2];
+  /// kMovingTriangles: times at which the vertices are stated, equally spaced from 0 to 1, 2 or more. The points of one
+  /// time follow each other. Else 0.
+  std::uint32_t keys;
+  std::uint32_t reserved;
 };
 
 static_assert(sizeof(ShapePoint) == 16 && sizeof(ShapeRecord) == 32);
@@ -33,7 +43,7 @@ static_assert(sizeof(ShapePoint) == 16 && sizeof(ShapeRecord) == 32);
 static_assert(offsetof(ShapePoint, position) == 0 && offsetof(ShapePoint, radius) == 12);
 static_assert(offsetof(ShapeRecord, points) == 0 && offsetof(ShapeRecord, segments) == 8);
 static_assert(offsetof(ShapeRecord, point_count) == 16 && offsetof(ShapeRecord, kind) == 20);
-static_assert(offsetof(ShapeRecord, reserved) == 24);
+static_assert(offsetof(ShapeRecord, keys) == 24 && offsetof(ShapeRecord, reserved) == 28);
 #endif
 
 namespace shape_detail {
@@ -86,6 +96,15 @@ HIPRT_HD HIPRT_FORCE_INLINE bool is_valid(const ShapePoint& a, const ShapePoint&
   return is_valid(a) && is_valid(b) && (a.radius > 0.0f || b.radius > 0.0f);
 }
 
+/// Adds a corner of a moving triangle at one of its keys. A coordinate between two equal ones may be off by 2 units.
+HIPRT_HD HIPRT_FORCE_INLINE void grow_by_corner(Box& box, const float* position) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float at = position[axis], slack = 0x1p-22f * (at < 0.0f ? -at : at) + 0x1p-148f;
+    if (at - slack < box.min[axis]) box.min[axis] = at - slack;
+    if (at + slack > box.max[axis]) box.max[axis] = at + slack;
+  }
+}
+
 }  // namespace shape_detail
 
 /// The smallest box of floats around a sphere; empty for one that is never hit, as its radius is 0.
@@ -104,6 +123,17 @@ HIPRT_HD HIPRT_FORCE_INLINE Box curve_bounds(const ShapePoint& a, const ShapePoi
     box.min[axis] = box.min[axis] < other.min[axis] ? box.min[axis] : other.min[axis];
     box.max[axis] = box.max[axis] > other.max[axis] ? box.max[axis] : other.max[axis];
   }
+  return box;
+}
+
+/// A box around a moving triangle at all times.
+/// @param points [keys * vertices]. @param corners three vertex numbers.
+HIPRT_HD HIPRT_FORCE_INLINE Box moving_triangle_bounds(const ShapePoint* points, std::uint32_t vertices,
+                                                       std::uint32_t keys, const std::uint32_t* corners) {
+  Box box = shape_detail::empty_box();
+  for (std::uint32_t key = 0; key < keys; ++key)
+    for (unsigned k = 0; k < 3; ++k)
+      shape_detail::grow_by_corner(box, points[std::uint64_t{key} * vertices + corners[k]].position);
   return box;
 }
 

@@ -2,7 +2,9 @@
 /// Triangles whose corners move, as custom primitives: meshes that deform.
 
 #include <hiprt_device/instances/motion.h>
+#include <hiprt_device/intersect/point_triangle.h>
 #include <hiprt_device/primitives/computed_leaf.h>
+#include <hiprt_device/primitives/custom_point.h>
 #include <hiprt_device/primitives/line.h>
 
 namespace hiprt {
@@ -10,13 +12,14 @@ namespace hiprt {
 /// A mesh at several times. Vertices move linearly between the times; before the first and after the last they stand
 /// still.
 struct MovingMesh {
-  /// Key k's vertex i: x, y, z from 3 * (k * vertices + i). Finite. A triangle with a NaN corner at a key is missed at
-  /// times that use this key. A triangle with an infinite corner at any key has no box.
+  /// Key k's vertex i: x, y, z from stride * (k * vertices + i). Finite. A triangle with a NaN corner at a key is
+  /// missed at times that use this key. A triangle with an infinite corner at any key has no box.
   const float* positions;
-  const float* times;              ///< Times of the keys, each later than the one before.
+  const float* times;  ///< Times of the keys, each later than the one before. nullptr: equally spaced from 0 to 1.
   const std::uint32_t* triangles;  ///< Three vertices each.
   std::uint32_t vertices;
-  std::uint32_t keys;  ///< 1 or more.
+  std::uint32_t keys;        ///< 1 or more.
+  std::uint32_t stride = 3;  ///< Floats from a position to the next: 3 or more.
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -35,18 +38,7 @@ struct MovingTriangleSet {
   HIPRT_HD bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin, std::type_identity_t<Real> tmax,
                           std::uint32_t primitive, Report&& report) const {
     primitive_detail::ComputedLeaf<float> leaf{};
-    float magnitude = 0.0f;
-    const std::uint32_t last = mesh.keys - 1;
-    const std::uint32_t key = segment_at(last, ray.time, [&](std::uint32_t i) { return mesh.times[i]; });
-    const std::uint32_t next = key < last ? key + 1 : key;
-    const float s = key < last ? part_of(mesh.times[key], mesh.times[next], ray.time) : 0.0f;
-    for (unsigned corner = 0; corner < 3; ++corner)
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        const float from = coordinate(key, primitive, corner, axis);
-        const float to = coordinate(next, primitive, corner, axis);
-        leaf.vertex[corner][axis] = motion_detail::between(from, to, 1.0f - s, s);
-        magnitude = max_of(magnitude, max_of(absolute(from), absolute(to)));
-      }
+    const float magnitude = place(primitive, moment_at(ray.time), leaf.vertex);
     leaf.info = {{primitive, kInvalidId}, 0, TriangleId::from_rotation(0)};
     return primitive_detail::meet_computed(leaf, ray, tmin, tmax, 4.0f * 0x1p-24f * magnitude, report);
   }
@@ -56,20 +48,58 @@ struct MovingTriangleSet {
     Box box = primitive_detail::empty_box();
     for (std::uint32_t key = 0; key < mesh.keys; ++key)
       for (unsigned corner = 0; corner < 3; ++corner)
-        for (unsigned axis = 0; axis < 3; ++axis) {
-          // An interpolated number between two equal ones may be off by 2 units.
-          const float at = coordinate(key, primitive, corner, axis), slack = 0x1p-22f * absolute(at) + 0x1p-148f;
-          if (at - slack < box.min[axis]) box.min[axis] = at - slack;
-          if (at + slack > box.max[axis]) box.max[axis] = at + slack;
-        }
+        shape_detail::grow_by_corner(box, position(key, primitive, corner));
     return box;
   }
 
+  /// The closest point of triangle @p primitive at the time of the query. u and v are the weights of corners 1 and 2.
+  HIPRT_HD CustomPoint closest(const PointInObject& at, std::uint32_t primitive) const {
+    float vertex[3][3];
+    place(primitive, moment_at(at.time), vertex);
+    Vec3D corner[3];
+    for (unsigned k = 0; k < 3; ++k) corner[k] = Vec3D(vertex[k][0], vertex[k][1], vertex[k][2]);
+    const TrianglePoint near = closest_on_triangle(corner, at.point);
+    return {near.squared, near.point, near.u, near.v};
+  }
+
  private:
-  HIPRT_HD HIPRT_FORCE_INLINE float coordinate(std::uint32_t key, std::uint32_t primitive, unsigned corner,
-                                               unsigned axis) const {
+  /// A time between two keys.
+  struct Moment {
+    std::uint32_t key, next;
+    float s;  ///< 0 at key, 1 at next.
+  };
+
+  HIPRT_HD HIPRT_FORCE_INLINE Moment moment_at(float time) const {
+    const std::uint32_t last = mesh.keys - 1;
+    if (mesh.times != nullptr) {
+      const std::uint32_t key = segment_at(last, time, [&](std::uint32_t i) { return mesh.times[i]; });
+      return key < last ? Moment{key, key + 1, part_of(mesh.times[key], mesh.times[key + 1], time)}
+                        : Moment{last, last, 0.0f};
+    }
+    const float at = time * static_cast<float>(last);
+    if (!(at > 0.0f)) return {0, last == 0 ? 0u : 1u, 0.0f};
+    if (!(at < static_cast<float>(last))) return {last, last, 0.0f};
+    const auto key = static_cast<std::uint32_t>(at);
+    return {key, key + 1, at - static_cast<float>(key)};
+  }
+
+  /// Sets the corners at a moment. @return the largest magnitude of a coordinate at either key.
+  HIPRT_HD HIPRT_FORCE_INLINE float place(std::uint32_t primitive, const Moment& moment, float (&vertex)[3][3]) const {
+    float magnitude = 0.0f;
+    for (unsigned corner = 0; corner < 3; ++corner) {
+      const float* const from = position(moment.key, primitive, corner);
+      const float* const to = position(moment.next, primitive, corner);
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        vertex[corner][axis] = motion_detail::between(from[axis], to[axis], 1.0f - moment.s, moment.s);
+        magnitude = max_of(magnitude, max_of(absolute(from[axis]), absolute(to[axis])));
+      }
+    }
+    return magnitude;
+  }
+
+  HIPRT_HD HIPRT_FORCE_INLINE const float* position(std::uint32_t key, std::uint32_t primitive, unsigned corner) const {
     const std::uint64_t vertex = mesh.triangles[3 * static_cast<std::uint64_t>(primitive) + corner];
-    return mesh.positions[3 * (static_cast<std::uint64_t>(key) * mesh.vertices + vertex) + axis];
+    return mesh.positions + mesh.stride * (static_cast<std::uint64_t>(key) * mesh.vertices + vertex);
   }
 };
 

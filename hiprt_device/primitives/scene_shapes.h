@@ -1,6 +1,7 @@
 #pragma once
-/// Spheres and round linear curves of a scene's file.
+/// Spheres, round linear curves and moving triangles of a scene's file.
 
+#include <hiprt_device/primitives/moving_triangle.h>
 #include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>
@@ -18,7 +19,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// PrimitiveList<SceneShapes, Grass>.
 ///
 /// Queries refuse a scene with custom primitives whose file has no shapes at all (Hit::failed()). If the file has
-/// some, custom geometries without shapes are never hit. SphereSet and RoundCurveSet describe the hits.
+/// some, custom geometries without shapes are never hit. SphereSet, RoundCurveSet and MovingTriangleSet describe the
+/// hits.
 class SceneShapes {
  public:
   static constexpr unsigned kCount = 256;
@@ -75,7 +77,7 @@ class SceneShapes {
     }
   };
 
-  /// @return visit(SphereSet or RoundCurveSet of the geometry); or @p nothing, if it has no shapes.
+  /// @return visit(the geometry's SphereSet, RoundCurveSet or MovingTriangleSet); or @p nothing, if it has no shapes.
   template <class Visit, class Result>
   HIPRT_HD HIPRT_FORCE_INLINE Result visit(const PrimitiveId& id, const Visit& visit, const Result& nothing) const {
     if (shapes_ == 0) return nothing;
@@ -92,6 +94,10 @@ class SceneShapes {
       return visit(RoundCurveSet{reinterpret_cast<const CurveVertex*>(points),
                                  reinterpret_cast<const std::uint32_t*>(file + shape.segments)});
     if (shape.kind == ShapeKind::kSpheres) return visit(SphereSet{reinterpret_cast<const Sphere*>(points)});
+    if (shape.kind == ShapeKind::kMovingTriangles)
+      return visit(MovingTriangleSet{{reinterpret_cast<const float*>(points), nullptr,
+                                      reinterpret_cast<const std::uint32_t*>(file + shape.segments),
+                                      shape.point_count / shape.keys, shape.keys, sizeof(ShapePoint) / sizeof(float)}});
     return nothing;
   }
 

@@ -1,4 +1,4 @@
-// Builds of spheres and curves: content of the file, error messages, refits.
+// Builds of spheres, curves and moving triangles: content of the file, error messages, refits.
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/format/validate.h>
@@ -28,6 +28,17 @@ struct Wig {
   std::vector<std::uint32_t> segments = build::strand_segments(kOfStrands);
 
   Shapes shapes() const { return {ShapeKind::kCurves, points, segments}; }
+};
+
+/// A square of two triangles that rises and leans.
+struct Flap {
+  std::vector<ShapePoint> points{{{0, 0, 0}, 0}, {{1, 0, 0}, 0}, {{1, 1, 0}, 0}, {{0, 1, 0}, 0},
+                                 {{0, 0, 2}, 0}, {{1, 0, 2}, 0}, {{1, 1, 2}, 0}, {{0, 1, 2}, 0},
+                                 {{0, 0, 2}, 0}, {{1, 0, 2}, 0}, {{1, 4, 2}, 0}, {{0, 1, 2}, 0}};
+  std::vector<std::uint32_t> corners{0, 1, 2, 0, 2, 3};
+  std::uint32_t keys = 3;
+
+  Shapes shapes() const { return {ShapeKind::kMovingTriangles, points, corners, keys}; }
 };
 
 std::vector<Box> boxes_of(const Shapes& shapes) {
@@ -104,6 +115,61 @@ TEST_CASE("invalid shapes are refused with their number") {
   CHECK(fault(shapes) == "3 segments of shapes that are no curves");
 }
 
+TEST_CASE("moving triangles: boxes hold all keys, and bad ones are refused with their number") {
+  Flap flap;
+  const auto boxes = boxes_of(flap.shapes());
+  REQUIRE(boxes.size() == 2);
+  CHECK(boxes[0].max[1] >= 4);
+  CHECK(boxes[0].max[1] < 4.00001f);
+  CHECK(boxes[1].max[1] >= 4);
+  CHECK(boxes[0].min[2] <= 0);
+  CHECK(boxes[1].max[2] >= 2);
+  flap.keys = 1;
+  CHECK(fault(flap.shapes()) == "1 keys of moving triangles, 2 or more expected");
+  flap.keys = 5;
+  CHECK(fault(flap.shapes()) == "5 keys, but 12 points: each key needs all vertices");
+  flap.keys = 3;
+  flap.corners[4] = 4;
+  CHECK(fault(flap.shapes()) == "triangle 1: vertex 4, but there are 4");
+  flap.corners.pop_back();
+  CHECK(fault(flap.shapes()) == "5 vertex numbers, a multiple of 3 expected");
+  flap = {};
+  flap.points[7].position[1] = kNan;
+  CHECK(fault(flap.shapes()) == "point 7: y is nan");
+  Shapes curves = Wig{}.shapes();
+  curves.keys = 2;
+  CHECK(fault(curves) == "2 keys of shapes that do not move");
+}
+
+TEST_CASE("files hold moving triangles, and refits move them") {
+  Flap flap;
+  auto boxes = boxes_of(flap.shapes());
+  const build::Bvh bvh = built({.boxes = boxes, .type = 3, .shapes = flap.shapes()});
+  const BufferView view = *open_buffer(bvh.buffer.bytes());
+  CHECK(view.shapes[0].keys == 3);
+  CHECK(view.points_of(0).size() == 12);
+  const auto corners = view.segments_of(0);
+  CHECK(std::vector(corners.begin(), corners.end()) == flap.corners);
+  const auto refitted = [&](const Flap& moved) {
+    const auto moved_boxes = build::shape_boxes(moved.shapes());
+    REQUIRE(moved_boxes.has_value());
+    const build::CustomGeometry custom{.boxes = *moved_boxes, .type = 3, .shapes = moved.shapes()};
+    return build::refit_copy(bvh.buffer.bytes(), build::SceneInput{{}, {&custom, 1}});
+  };
+  flap.points[10].position[1] = 7;
+  const auto moved = refitted(flap);
+  REQUIRE(moved.has_value());
+  CHECK(validate(moved->buffer.bytes()).has_value());
+  CHECK(open_buffer(moved->buffer.bytes())->header->bounds.max[1] >= 7);
+  Flap other = flap;
+  other.corners[3] = 1;
+  CHECK_THAT(refitted(other).error().message, Contains("triangle 1 has vertex 1, but in the file to refit 0"));
+  other = flap;
+  other.keys = 2;
+  other.corners = {0, 1, 2, 0, 2, 3};
+  CHECK_THAT(refitted(other).error().message, Contains("2 keys, but the file to refit has 3"));
+}
+
 TEST_CASE("builds refuse shapes that do not match their boxes") {
   const Wig wig;
   auto boxes = boxes_of(wig.shapes());
@@ -113,8 +179,8 @@ TEST_CASE("builds refuse shapes that do not match their boxes") {
   custom.boxes = boxes;
   boxes[1].max[0] = 1.5f;
   CHECK(build_fault(custom) == "custom geometry 0 (wig), primitive 1: its shape is not inside its box");
-  custom.shapes.kind = ShapeKind{3};
-  CHECK(build_fault(custom) == "custom geometry 0 (wig): shapes of kind 3");
+  custom.shapes.kind = ShapeKind{4};
+  CHECK(build_fault(custom) == "custom geometry 0 (wig): shapes of kind 4");
   custom.shapes.kind = ShapeKind::kNone;
   CHECK(build_fault(custom) == "custom geometry 0 (wig): shapes of kind 0");
 }

@@ -38,7 +38,7 @@ KINDS = {2: ("kLeaves", LEAF), 3: ("kPrimitiveMap", "<u4"), 5: ("kProvenance", "
          10: ("kMotionSegments", [("time", "<f4", 2), ("translation", "<f4", (2, 3)), ("turning", "<f4", 21),
                                   ("reserved", "<u4", 3)]),
          11: ("kShapes", [("points", "<u8"), ("segments", "<u8"), ("point_count", "<u4"), ("kind", "<u4"),
-                          ("reserved", "<u4", 2)]),
+                          ("keys", "<u4"), ("reserved", "<u4")]),
          12: ("kShapePoints", [("position", "<f4", 3), ("radius", "<f4")])}
 
 

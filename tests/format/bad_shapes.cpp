@@ -19,6 +19,8 @@ std::uint64_t object_shapes(const BufferView& view) { return view.object_shape_e
 /// The record of geometry 1, of spheres, 2, of curves, and 3, of none.
 std::uint64_t spheres(const BufferView& view) { return records(view) + sizeof(ShapeRecord); }
 std::uint64_t curves(const BufferView& view) { return records(view) + 2 * sizeof(ShapeRecord); }
+/// The record of geometry 4, of moving triangles.
+std::uint64_t moving(const BufferView& view) { return records(view) + 4 * sizeof(ShapeRecord); }
 std::uint64_t none(const BufferView& view) { return records(view) + 3 * sizeof(ShapeRecord); }
 
 /// @param value of the good file's view.
@@ -76,9 +78,13 @@ BadCase shorter(SectionKind kind, const char* what, SectionOffset section, TestF
           }};
 }
 
+/// Segments of curves in shape_file(), before the corners of its moving triangles.
+constexpr std::uint64_t kSegments = 4;
+
 std::vector<BadCase> record_cases() {
   using E = FormatError;
   const std::uint64_t first = offsetof(ShapeRecord, points), count = offsetof(ShapeRecord, point_count);
+  const std::uint64_t keys = offsetof(ShapeRecord, keys);
   const std::uint64_t kind = offsetof(ShapeRecord, kind), numbers = offsetof(ShapeRecord, segments);
   const auto end_of = [](SectionEntry BufferView::*entry) {
     return
@@ -86,7 +92,15 @@ std::vector<BadCase> record_cases() {
   };
   return {
       wrong(E::kBadShape, "a triangle mesh of spheres", records, kind, constant(1u)),
-      wrong(E::kBadShape, "an unknown kind", spheres, kind, constant(3u)),
+      wrong(E::kBadShape, "an unknown kind", spheres, kind, constant(4u)),
+      wrong(E::kBadShape, "keys of spheres", spheres, keys, constant(2u)),
+      wrong(E::kBadShape, "keys of curves", curves, keys, constant(1u)),
+      wrong(E::kBadShape, "keys of no shapes", none, keys, constant(2u)),
+      wrong(E::kBadShape, "a single key", moving, keys, constant(1u)),
+      wrong(E::kBadShape, "no key", moving, keys, constant(0u)),
+      wrong(E::kBadShape, "keys that do not divide the points", moving, count, constant(11u)),
+      wrong(E::kBadShape, "corners behind their section", moving, numbers,
+            [](const BufferView& view) { return view.shapes[4].segments + 4; }),
       wrong(E::kBadShape, "points of no shapes", none, first, constant(std::uint64_t{128})),
       wrong(E::kBadShape, "a count of no shapes", none, count, constant(1u)),
       wrong(E::kBadShape, "segments of spheres", spheres, numbers, constant(std::uint64_t{128})),
@@ -94,7 +108,7 @@ std::vector<BadCase> record_cases() {
       wrong(E::kBadShape, "points behind their section", spheres, first, constant(~std::uint64_t{0} - 15)),
       wrong(E::kBadShape, "points between two", spheres, first,
             [](const BufferView& view) { return view.shape_point_entry.offset + 8; }),
-      wrong(E::kBadShape, "a point too many", curves, count, constant(8u)),
+      wrong(E::kBadShape, "a point too many", curves, count, constant(20u)),
       wrong(E::kBadShape, "fewer spheres than primitives", spheres, count, constant(2u)),
       wrong(E::kBadShape, "more spheres than primitives", spheres, count, constant(4u)),
       wrong(E::kBadShape, "segments behind their section", curves, numbers, end_of(&BufferView::curve_segment_entry)),
@@ -117,6 +131,7 @@ std::vector<BadCase> shape_cases() {
            wrong(E::kBadShape, "a NaN radius", points, 9 * 16 + 12, constant(kNan)),
            wrong(E::kBadShape, "a segment from the last point", segments, 8, constant(6u)),
            wrong(E::kBadShape, "a segment from nowhere", segments, 0, constant(0xffffffffu)),
+           wrong(E::kBadShape, "a corner behind the vertices of a key", segments, (kSegments + 5) * 4, constant(4u)),
            without(SectionKind::kShapePoints, "shapes without points", shape_file),
            without(SectionKind::kShapes, "points without shapes", shape_file),
            without(SectionKind::kCurveSegments, "shapes without segments", shape_file),
@@ -146,6 +161,16 @@ std::vector<BadCase> shape_cases() {
                      BadFile bad{std::move(file), view.leaves.offset + entry / 2 * sizeof(CustomLeaf) +
                                                       offsetof(CustomLeaf, box) + entry % 2 * sizeof(Box) + 4};
                      bad.file.put(points(view) + 3 * sizeof(ShapePoint) + 4, 2.0f);
+                     bad.file.seal();
+                     return bad;
+                   }});
+  cases.push_back({E::kBoxNotContained, "a triangle that leaves its box at the last key", [](NodeLayout layout) {
+                     TestFile file = shape_file(layout);
+                     const BufferView view = *open_buffer(file.bytes());
+                     const std::uint32_t entry = view.primitive_map[view.geometries[4].first_primitive];
+                     BadFile bad{std::move(file), view.leaves.offset + entry / 2 * sizeof(CustomLeaf) +
+                                                      offsetof(CustomLeaf, box) + entry % 2 * sizeof(Box) + 20};
+                     bad.file.put(view.shapes[4].points + 9 * sizeof(ShapePoint) + 8, 3.5f);
                      bad.file.seal();
                      return bad;
                    }});

@@ -7,12 +7,13 @@
 #include <hiprt_build/shapes.h>
 
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace hiprt::test {
 
-/// Geometry 0: a triangle; 1: two spheres and one of radius 0; 2: two strands of two segments and one, and one without
-/// size; 3: a box of the program's own.
+/// Geometry 0: a triangle. 1: two spheres and one of radius 0. 2: two strands of two segments and one, and one without
+/// size. 3: a box of the program's own. 4: two triangles of four vertices with three keys.
 inline TestFile shape_file(NodeLayout layout) {
   const std::vector<build::Position> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<build::Triangle> triangles{{0, 1, 2}};
@@ -24,11 +25,19 @@ inline TestFile shape_file(NodeLayout layout) {
   const build::Shapes spheres{ShapeKind::kSpheres, balls, {}}, curves{ShapeKind::kCurves, axes, segments};
   const auto sphere_boxes = build::shape_boxes(spheres), curve_boxes = build::shape_boxes(curves);
   const std::vector<Box> own{{{-3, -3, -3}, {-2, -2, -2}}};
-  if (!sphere_boxes || !curve_boxes) throw std::runtime_error("boxes of shapes");
+  std::vector<ShapePoint> vertices;
+  for (const float z : {0.0f, 1.0f, 3.0f})
+    for (const auto& [x, y] : {std::pair{0.0f, 0.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}})
+      vertices.push_back({{x, y - 5, z}, 0});
+  const std::vector<std::uint32_t> corners{0, 1, 2, 0, 2, 3};
+  const build::Shapes moving{ShapeKind::kMovingTriangles, vertices, corners, 3};
+  const auto moving_boxes = build::shape_boxes(moving);
+  if (!moving_boxes || !sphere_boxes || !curve_boxes) throw std::runtime_error("boxes of shapes");
   const build::TriangleMesh meshes[] = {{positions, triangles}};
   const build::CustomGeometry customs[] = {{.boxes = *sphere_boxes, .shapes = spheres},
                                            {.boxes = *curve_boxes, .type = 1, .shapes = curves},
-                                           {.boxes = own}};
+                                           {.boxes = own},
+                                           {.boxes = *moving_boxes, .type = 2, .shapes = moving}};
   const auto bvh = build::build(build::SceneInput{meshes, customs}, {.nodes = layout});
   if (!bvh) throw std::runtime_error(bvh.error().message);
   return TestFile(bvh->buffer.bytes());

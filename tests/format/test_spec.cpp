@@ -135,7 +135,7 @@ std::vector<RecordSpec> container_records() {
   X(MotionSegment, time), X(MotionSegment, translation), X(MotionSegment, turning), X(MotionSegment, reserved)
 #define SHAPE(X)                                                                                       \
   X(ShapeRecord, points), X(ShapeRecord, segments), X(ShapeRecord, point_count), X(ShapeRecord, kind), \
-      X(ShapeRecord, reserved)
+      X(ShapeRecord, keys), X(ShapeRecord, reserved)
 #define POINT(X) X(ShapePoint, position), X(ShapePoint, radius)
 #define TURNING(X) X(TurningSegment, rotation), X(TurningSegment, angle), X(TurningSegment, stretch)
   return {{"FileHeader", sizeof(FileHeader), sum({HEADER(SIZE)}), {HEADER(FIELD)}},
@@ -196,7 +196,9 @@ std::map<std::string, std::vector<Constant>> constant_tables() {
            {CONSTANT(Feature, kTriangles), CONSTANT(Feature, kMasks), CONSTANT(Feature, kSplitReferences),
             CONSTANT(Feature, kCustom), CONSTANT(Feature, kInstances), CONSTANT(Feature, kMotion),
             CONSTANT(Feature, kMovingBoxes), CONSTANT(Feature, kWidenedBoxes)}},
-          {"Shape kinds", {CONSTANT(ShapeKind, kNone), CONSTANT(ShapeKind, kSpheres), CONSTANT(ShapeKind, kCurves)}},
+          {"Shape kinds",
+           {CONSTANT(ShapeKind, kNone), CONSTANT(ShapeKind, kSpheres), CONSTANT(ShapeKind, kCurves),
+            CONSTANT(ShapeKind, kMovingTriangles)}},
           {"Motion kinds", {CONSTANT(MotionKind, kSlerp), CONSTANT(MotionKind, kNlerp), CONSTANT(MotionKind, kMatrix)}},
           {"Instance flags", {CONSTANT(InstanceFlags, kNoFilter)}},
           {"Geometry flags", {CONSTANT(hiprt, kGeometryCustom), {0xffffff00, "geometry_type"}}},
@@ -280,7 +282,7 @@ TEST_CASE("numbers in FORMAT.md's text are the code's") {
   CHECK(kMaxCondition == std::ldexp(1.0f, 40));
   CHECK(kInstanceStackEntries == 3);
   CHECK(kVersionMajor == 1);
-  CHECK(kVersionMinor == 6);
+  CHECK(kVersionMinor == 7);
   CHECK(TriangleId::kCustom == 0xc0);
   CHECK(custom_geometry_flags(kMaxGeometryType) == 0xffffff01u);
   CHECK(mesh_flags(kMaxGeometryType) == 0xffffff00u);

@@ -80,14 +80,16 @@ TEST_CASE("good files with shapes pass, and every shape is at its offset") {
   const auto summary = validate(file.bytes());
   INFO((summary ? "" : to_string(summary.error())));
   REQUIRE(summary);
-  CHECK(summary->shape_points == 10);
+  CHECK(summary->shape_points == 22);
   CHECK(summary->dropped == 2);
   const BufferView view = *open_buffer(file.bytes());
-  REQUIRE(view.shapes.size() == 4);
+  REQUIRE(view.shapes.size() == 5);
   CHECK(view.shapes[0].kind == ShapeKind::kNone);
   CHECK(view.shapes[1].kind == ShapeKind::kSpheres);
   CHECK(view.shapes[2].kind == ShapeKind::kCurves);
   CHECK(view.shapes[3].kind == ShapeKind::kNone);
+  CHECK(view.shapes[4].kind == ShapeKind::kMovingTriangles);
+  CHECK(view.segments_of(4).size() == 6);
   REQUIRE(view.points_of(1).size() == 3);
   CHECK(view.points_of(1)[1].position[0] == 6);
   CHECK(view.points_of(1)[1].radius == 0.5f);

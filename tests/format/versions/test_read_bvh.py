@@ -130,7 +130,11 @@ def check_values(bvh, what):
         check(segments["translation"][:3], [[[0, y, 0], [16, y, 0]] for y in (0, 40, 80)], what)
         assert abs(segments["turning"][0][8] - np.pi / 4) < 1e-6, what  # Half of the turn: quaternions.
         assert np.allclose(segments["turning"][2][:9], np.eye(3).ravel()), what
-    if "kShapes" in bvh.sections:
+    if "kShapes" in bvh.sections and bvh.sections["kShapes"]["kind"][0] == 3:
+        check(bvh.sections["kShapes"]["keys"], [3], what)
+        check(bvh.sections["kShapePoints"]["position"][[0, 6, 11]], [[0, 50, 0], [9, 51, 0], [16, 51, 4]], what)
+        check(bvh.sections["kCurveSegments"], [0, 1, 2, 0, 2, 3], what)
+    elif "kShapes" in bvh.sections:
         check(bvh.sections["kShapes"]["kind"], [1, 2], what)
         check(bvh.sections["kShapePoints"]["position"],
               [[0, 30, 0], [3, 30, 0], [6, 30, 0], [0, 35, 0], [2, 35, 0], [4, 35, 0]], what)

@@ -96,12 +96,15 @@ const std::map<std::string, Content> kContents{
     {"shapes", {NodeLayout::kPlanes, bits({kCustom}), 2, 5, 0}},
     {"shape_instances", {NodeLayout::kPlanes, bits({kCustom, kMasks, kInstances}), 1, 3, 0}},
     {"types", {NodeLayout::kQuantized, bits({kTriangles, kCustom}), 2, 18, 2}},
+    {"moving_shapes", {NodeLayout::kHalf, bits({kCustom}), 1, 2, 0}},
+    {"moving_shape_instances", {NodeLayout::kHalf, bits({kCustom, kMasks, kInstances}), 1, 3, 0}},
     {"widened", {NodeLayout::kFloat, bits({kTriangles, kMasks, kWidenedBoxes}), 2, 14, 1}}};
 
 /// The version that first had a file of this name.
 unsigned first_minor(const std::string& name) {
   if (name == "float" || name == "planes" || name == "split" || name == "empty") return 0;
   if (name == "half" || name == "quantized" || name.starts_with("customs")) return 1;
+  if (name.starts_with("moving")) return 7;
   return name == "widened" ? 6 : name == "types" ? 5 : name.starts_with("shape") ? 3 : 2;
 }
 
@@ -186,14 +189,24 @@ std::vector<Aim> shape_aims() {
       {{0, 30, 0.5}, 0, 0}, {{3, 30, 0.5}, 0, 1}, {{6, 30, 0.5}, 0, 2}, {{1, 35, 0.25}, 1, 0}, {{3, 35, 0.25}, 1, 1}};
 }
 
+std::vector<Aim> moving_shape_aims() {
+  std::vector<Aim> aims;
+  for (const float time : {0.0f, 0.25f, 0.5f, 0.75f, 1.0f}) {
+    const double x = 16 * time, z = time > 0.5f ? 8 * (time - 0.5) : 0.0;
+    aims.push_back({{x + 0.75, 50.25, z}, 0, 0, {}, time});
+    aims.push_back({{x + 0.25, 50.75, z}, 0, 1, {}, time});
+  }
+  return aims;
+}
+
 /// The instances of write_files.cpp: moved, turned and doubled, mirrored.
 std::vector<Aim> in_three(const std::vector<Aim>& of_object) {
   std::vector<Aim> aims;
   for (const Aim& aim : of_object) {
     const auto [x, y, z] = aim.point;
-    aims.push_back({{x, y, z}, aim.geometry, aim.primitive, {0}});
-    aims.push_back({{30 - 2 * y, kRow + 2 * x, 2 * z}, aim.geometry, aim.primitive, {1}});
-    aims.push_back({{-20 - x, 2 * kRow + y, z}, aim.geometry, aim.primitive, {2}, 0, 2});
+    aims.push_back({{x, y, z}, aim.geometry, aim.primitive, {0}, aim.time});
+    aims.push_back({{30 - 2 * y, kRow + 2 * x, 2 * z}, aim.geometry, aim.primitive, {1}, aim.time});
+    aims.push_back({{-20 - x, 2 * kRow + y, z}, aim.geometry, aim.primitive, {2}, aim.time, 2});
   }
   return aims;
 }
@@ -241,6 +254,8 @@ std::vector<Aim> aims_of(const std::string& name) {
   if (name == "instances" || name == "instances_half") return in_three(tile_aims());
   if (name == "shape_instances") return in_three(shape_aims());
   if (name == "shapes") return shape_aims();
+  if (name == "moving_shapes") return moving_shape_aims();
+  if (name == "moving_shape_instances") return in_three(moving_shape_aims());
   if (name == "nested") return nested_aims();
   if (name == "motion") return motion_aims();
   std::vector<Aim> aims = tile_aims();

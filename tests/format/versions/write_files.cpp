@@ -19,6 +19,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <utility>
 
 namespace {
 
@@ -236,6 +237,28 @@ void write_types() {
 }
 #endif
 
+#if GOLDEN_MINOR >= 7
+/// Two triangles of a square that moves along x, and rises in the second half.
+void write_moving_shapes() {
+  std::vector<ShapePoint> points;
+  for (const auto& [x, z] : {std::pair{0.0f, 0.0f}, {8.0f, 0.0f}, {16.0f, 4.0f}})
+    for (const auto& [dx, dy] : {std::pair{0.0f, 0.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}})
+      points.push_back({{x + dx, 50 + dy, z}, 0});
+  const std::vector<std::uint32_t> corners{0, 1, 2, 0, 2, 3};
+  const build::Shapes square{ShapeKind::kMovingTriangles, points, corners, 3};
+  const auto square_boxes = build::shape_boxes(square);
+  if (!square_boxes) std::exit(1);
+  std::vector<build::CustomGeometry> customs(1);
+  customs[0].boxes = *square_boxes;
+  customs[0].shapes = square;
+  build::SceneInput scene;
+  scene.customs = customs;
+  const build::Buffer object = write("moving_shapes", build::build(scene, in_layout(NodeLayout::kHalf)));
+  const std::vector<std::span<const std::byte>> files{object.bytes()};
+  write("moving_shape_instances", build::build_instances(files, three_instances(), over_instances()));
+}
+#endif
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -256,6 +279,9 @@ int main(int argc, char** argv) {
 #endif
 #if GOLDEN_MINOR >= 5
   write_types();
+#endif
+#if GOLDEN_MINOR >= 7
+  write_moving_shapes();
 #endif
   return 0;
 }

@@ -1,10 +1,16 @@
-// Spheres and curves in a file: hits are those of a loop over all shapes, and of the exact oracle.
+// Spheres and curves in a file: hits are those of a loop over all shapes, and of the exact oracle. Moving triangles:
+// those of the still mesh of that time.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/shapes.h>
 #include <hiprt_device/primitives/scene_shapes.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/motions.h>
 #include <tests/oracle/ray_round_cone.h>
 #include <tests/traversal/customs/shape_scenes.h>
+
+#include <algorithm>
+#include <cmath>
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -166,4 +172,57 @@ TEST_CASE("a program's own primitives beside a file's shapes") {
   };
   CHECK(t(5) == 4.0f);
   CHECK(t(0) == 4.5f);
+}
+
+TEST_CASE("moving triangles of a file have the hits of the static mesh at that time, bit by bit") {
+  INFO("seed " << kSeed);
+  const oracle::Mesh first = oracle::icosphere(2);
+  for (const std::uint32_t keys : {2u, 3u, 6u}) {
+    std::vector<oracle::Mesh> meshes{first};
+    for (std::uint32_t k = 1; k < keys; ++k) meshes.push_back(oracle::shaken(first, 0.3, kSeed + k));
+    std::vector<ShapePoint> points;
+    std::vector<std::uint32_t> corners;
+    for (const oracle::Mesh& mesh : meshes)
+      for (const auto& p : mesh.positions) points.push_back({{p[0], p[1], p[2]}, 0});
+    for (const auto& t : first.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    const build::Shapes shapes{ShapeKind::kMovingTriangles, points, corners, keys};
+    const auto boxes = build::shape_boxes(shapes);
+    REQUIRE(boxes.has_value());
+    const build::CustomGeometry custom{.boxes = *boxes, .shapes = shapes};
+    const auto moving = build::build(build::SceneInput{{}, {&custom, 1}});
+    REQUIRE(moving.has_value());
+    REQUIRE(validate(moving->buffer.bytes()).has_value());
+    const SceneView view = make_scene_view(*open_buffer(moving->buffer.bytes()));
+    Random random(kSeed + keys);
+    unsigned hits = 0;
+    for (unsigned i = 0; i < 40; ++i) {
+      // Before, at and behind all keys, and between them.
+      const float time = i < 3 ? static_cast<float>(i) - 1.0f : i == 3 ? 2.0f : random.uniform_float(0, 1);
+      const float at = std::clamp(time, 0.0f, 1.0f) * static_cast<float>(keys - 1);
+      const auto key = std::min(static_cast<std::uint32_t>(at), keys - 2);
+      const float s = at - static_cast<float>(key);
+      oracle::Mesh still = first;
+      for (std::size_t v = 0; v < still.positions.size(); ++v)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          still.positions[v][axis] =
+              std::fma(s, meshes[key + 1].positions[v][axis], (1.0f - s) * meshes[key].positions[v][axis]);
+      const std::vector<build::TriangleMesh> views{still.view()};
+      const auto built = build::build(views);
+      const SceneView still_view = make_scene_view(*open_buffer(built->buffer.bytes()));
+      for (unsigned k = 0; k < 60; ++k) {
+        Ray ray = random_ray(random, 2);
+        ray.mask = 0xffffffffu;
+        ray.time = time;
+        INFO(keys << " keys, time " << time << ", ray " << k);
+        const Hit expected = closest_hit<Policies>(still_view, ray), hit = closest<Policies>(view, ray);
+        REQUIRE(hit.found() == expected.found());
+        REQUIRE(any<Policies>(view, ray).found() == expected.found());
+        if (!hit.found()) continue;
+        ++hits;
+        REQUIRE((hit.t == expected.t && hit.u == expected.u && hit.v == expected.v));
+        REQUIRE((hit.primitive == expected.primitive && hit.normal == expected.normal));
+      }
+    }
+    CHECK(hits > 300);
+  }
 }
