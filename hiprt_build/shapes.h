@@ -1,5 +1,5 @@
 #pragma once
-/// Spheres and curves for a build.
+/// Spheres, curves and moving triangles for a build.
 ///
 ///     const hiprt::build::Shapes hair{.kind = hiprt::ShapeKind::kCurves, .points = points, .segments = segments};
 ///     const auto boxes = hiprt::build::shape_boxes(hair);
@@ -15,10 +15,11 @@
 
 namespace hiprt::build {
 
-/// @return the smallest boxes of floats around shapes, for CustomGeometry::boxes. Boxes of primitives that are never
-/// hit (radius 0) are inverted, so that build() drops them. Errors: kTooLarge for 2^32 points or more, kOutOfMemory, or
-/// kInvalidInput with the number of the point or segment. kInvalidInput means a coordinate or radius that is not
-/// finite, a negative radius, a segment without a second point, segments of spheres, or an unknown kind.
+/// @return boxes around shapes, for CustomGeometry::boxes; of spheres and curves the smallest ones of floats. Boxes of
+/// primitives that are never hit (radius 0) are inverted, so that build() drops them. Errors: kTooLarge for 2^32 points
+/// or more, kOutOfMemory, or kInvalidInput with the number of the point, segment or triangle. kInvalidInput means a
+/// coordinate or radius that is not finite or a negative radius. It also means a segment without a second point, segments
+/// of spheres, a corner that is no vertex, keys that do not fit the points, or an unknown kind.
 /// @param threads 0, or more than the process may use: all of them.
 HIPRT_BUILD_API Result<std::vector<Box>> shape_boxes(const Shapes& shapes, unsigned threads = 0);
 

@@ -76,11 +76,13 @@ struct MovingTriangleSet {
       return key < last ? Moment{key, key + 1, part_of(mesh.times[key], mesh.times[key + 1], time)}
                         : Moment{last, last, 0.0f};
     }
-    const float at = time * static_cast<float>(last);
-    if (!(at > 0.0f)) return {0, last == 0 ? 0u : 1u, 0.0f};
-    if (!(at < static_cast<float>(last))) return {last, last, 0.0f};
-    const auto key = static_cast<std::uint32_t>(at);
-    return {key, key + 1, at - static_cast<float>(key)};
+    if (!(time < 1.0f) || last == 0) return {last, last, 0.0f};
+    if (!(time > 0.0f)) return {0, 1, 0.0f};
+    // The product may be rounded up to a whole number. s is rounded once.
+    const auto keys = static_cast<float>(last);
+    auto key = static_cast<std::uint32_t>(time * keys);
+    if (key != 0 && fused_multiply_add(time, keys, -static_cast<float>(key)) < 0.0f) --key;
+    return {key, key + 1, fused_multiply_add(time, keys, -static_cast<float>(key))};
   }
 
   /// Sets the corners at a moment. @return the largest magnitude of a coordinate at either key.

@@ -174,10 +174,32 @@ TEST_CASE("a program's own primitives beside a file's shapes") {
   CHECK(t(0) == 4.5f);
 }
 
+namespace {
+
+/// Closest points of moving triangles are those of the still mesh of that time.
+void check_points(const SceneView& view, const oracle::Mesh& still, float time, Random& random) {
+  for (unsigned k = 0; k < 20; ++k) {
+    const oracle::Position p = random.in_cube(2);
+    const Vec3D point(p[0], p[1], p[2]);
+    const std::uint32_t i = random.below(static_cast<std::uint32_t>(still.triangles.size()));
+    Vec3D corner[3];
+    for (unsigned c = 0; c < 3; ++c) {
+      const auto& at = still.positions[still.triangles[i][c]];
+      corner[c] = Vec3D(at[0], at[1], at[2]);
+    }
+    const TrianglePoint expected = closest_on_triangle(corner, point);
+    const CustomPoint near = SceneShapes(view).closest(PointInObject{point, 100, time}, PrimitiveId{0, i});
+    REQUIRE(near.squared == expected.squared);
+    REQUIRE((near.point == expected.point && near.u == expected.u && near.v == expected.v));
+  }
+}
+
+}  // namespace
+
 TEST_CASE("moving triangles of a file have the hits of the static mesh at that time, bit by bit") {
   INFO("seed " << kSeed);
   const oracle::Mesh first = oracle::icosphere(2);
-  for (const std::uint32_t keys : {2u, 3u, 6u}) {
+  for (const std::uint32_t keys : {2u, 3u, 6u, 50u}) {
     std::vector<oracle::Mesh> meshes{first};
     for (std::uint32_t k = 1; k < keys; ++k) meshes.push_back(oracle::shaken(first, 0.3, kSeed + k));
     std::vector<ShapePoint> points;
@@ -198,14 +220,15 @@ TEST_CASE("moving triangles of a file have the hits of the static mesh at that t
     for (unsigned i = 0; i < 40; ++i) {
       // Before, at and behind all keys, and between them.
       const float time = i < 3 ? static_cast<float>(i) - 1.0f : i == 3 ? 2.0f : random.uniform_float(0, 1);
-      const float at = std::clamp(time, 0.0f, 1.0f) * static_cast<float>(keys - 1);
+      const double at = double{std::clamp(time, 0.0f, 1.0f)} * (keys - 1);
       const auto key = std::min(static_cast<std::uint32_t>(at), keys - 2);
-      const float s = at - static_cast<float>(key);
+      const auto s = static_cast<float>(at - key);
       oracle::Mesh still = first;
       for (std::size_t v = 0; v < still.positions.size(); ++v)
         for (std::size_t axis = 0; axis < 3; ++axis)
           still.positions[v][axis] =
               std::fma(s, meshes[key + 1].positions[v][axis], (1.0f - s) * meshes[key].positions[v][axis]);
+      check_points(view, still, time, random);
       const std::vector<build::TriangleMesh> views{still.view()};
       const auto built = build::build(views);
       const SceneView still_view = make_scene_view(*open_buffer(built->buffer.bytes()));
