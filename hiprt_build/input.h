@@ -43,12 +43,12 @@ struct TriangleMesh {
 /// Spheres, round linear curves, or triangles that move. build() reads the spans and does not keep them.
 struct Shapes {
   ShapeKind kind = ShapeKind::kNone;
-  std::span<const ShapePoint> points{};  ///< Fewer than 2^32. Finite, radii at least 0.
+  std::span<const ShapePoint> points{};  ///< Fewer than 2^32. Finite, radii at least 0 (times may be less).
   /// kCurves: segment i runs from points[segments[i]] to the next point. The segments of a strand name all its points
   /// except the last. kMovingTriangles: three vertices of each triangle. kSpheres: empty, sphere i is points[i].
   std::span<const std::uint32_t> segments{};
-  /// kMovingTriangles: at how many times the vertices are stated, 2 or more, equally spaced from 0 to 1. The vertices
-  /// of one time follow each other in points, with radius 0. Else 0.
+  /// kMovingTriangles: at how many times the vertices are stated, 2 or more. The vertices of one time follow each other
+  /// in points, and that time is their radius. Times grow. Else 0.
   std::uint32_t keys = 0;
 
   std::size_t size() const {

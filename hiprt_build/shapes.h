@@ -18,8 +18,9 @@ namespace hiprt::build {
 /// @return boxes around shapes, for CustomGeometry::boxes; of spheres and curves the smallest ones of floats. Boxes of
 /// primitives that are never hit (radius 0) are inverted, so that build() drops them. Errors: kTooLarge for 2^32 points
 /// or more, kOutOfMemory, or kInvalidInput with the number of the point, segment or triangle. kInvalidInput means a
-/// coordinate or radius that is not finite or a negative radius. It also means a segment without a second point, segments
-/// of spheres, a corner that is no vertex, keys that do not fit the points, or an unknown kind.
+/// coordinate or radius that is not finite, or a negative radius. Or there is a segment without a second point, a
+/// corner that is no vertex, a time that does not grow, or an unknown kind. Or numbers do not fit: segments of spheres,
+/// keys.
 /// @param threads 0, or more than the process may use: all of them.
 HIPRT_BUILD_API Result<std::vector<Box>> shape_boxes(const Shapes& shapes, unsigned threads = 0);
 

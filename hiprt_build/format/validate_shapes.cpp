@@ -18,6 +18,7 @@ template <class Layout> class ShapeCheck {
   Check run() const {
     for (std::size_t g = 0; g < view_.shapes.size(); ++g) {
       if (auto points = check_points(g); !points) return points;
+      if (auto times = check_times(g); !times) return times;
       if (auto segments = check_segments(g); !segments) return segments;
       if (auto boxes = check_boxes(g); !boxes) return boxes;
     }
@@ -29,12 +30,24 @@ template <class Layout> class ShapeCheck {
     const auto points = view_.points_of(geometry);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const ShapePoint& point = points[i];
-      if (shape_detail::is_valid(point)) continue;
+      if (shape_detail::is_valid(point, view_.shapes[geometry].kind)) continue;
       unsigned bad = 0;
       while (bad < 3 && shape_detail::is_finite(point.position[bad])) ++bad;
       return fail_float(FormatError::kBadShape, view_.shapes[geometry].points + i * sizeof(ShapePoint) + 4 * bad,
                         bad < 3 ? point.position[bad] : point.radius, std::numeric_limits<float>::max());
     }
+    return {};
+  }
+
+  /// Checks that the vertices of moving triangles have times that grow from key to key.
+  Check check_times(std::size_t geometry) const {
+    const ShapeRecord& shape = view_.shapes[geometry];
+    if (shape.kind != ShapeKind::kMovingTriangles) return {};
+    const auto points = view_.points_of(geometry);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (const std::size_t vertices = shape.point_count / shape.keys; !has_good_time(points, vertices, i))
+        return fail_float(FormatError::kBadShape, shape.points + i * sizeof(ShapePoint) + offsetof(ShapePoint, radius),
+                          points[i].radius, points[i % vertices == 0 ? i - vertices : i - i % vertices].radius);
     return {};
   }
 

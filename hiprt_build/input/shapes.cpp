@@ -12,8 +12,9 @@ std::string point_fault(const Shapes& shapes, std::size_t i) {
   for (unsigned axis = 0; axis < 3; ++axis)
     if (!shape_detail::is_finite(point.position[axis]))
       return message + "xyz"[axis] + " is " + text(static_cast<double>(point.position[axis]));
-  return message + "radius " + text(static_cast<double>(point.radius)) +
-         (point.radius < 0.0f ? ", at least 0 expected" : ", a finite number expected");
+  const bool moves = shapes.kind == ShapeKind::kMovingTriangles;
+  return message + (moves ? "time " : "radius ") + text(static_cast<double>(point.radius)) +
+         (point.radius < 0.0f && !moves ? ", at least 0 expected" : ", a finite number expected");
 }
 
 /// The keys of moving triangles, and that other shapes have none.
@@ -31,6 +32,21 @@ Result<void> check_keys(const Shapes& shapes, const std::string& prefix) {
     return tl::unexpected(
         invalid(prefix + std::to_string(shapes.segments.size()) + " vertex numbers, a multiple of 3 expected"));
   return {};
+}
+
+/// "point 7: time 0.5, ...": the first vertex whose time is not its key's, or does not grow.
+Result<void> check_times(CpuEngine& engine, const Shapes& shapes, const std::string& prefix) {
+  if (shapes.kind != ShapeKind::kMovingTriangles) return {};
+  const std::span<const ShapePoint> points = shapes.points;
+  const std::size_t vertices = points.size() / shapes.keys;
+  const std::size_t i =
+      engine.find_first(points.size(), [&](std::size_t k) { return !has_good_time(points, vertices, k); });
+  if (i == points.size()) return {};
+  const std::size_t other = i % vertices == 0 ? i - vertices : i - i % vertices;
+  return tl::unexpected(
+      invalid(prefix + "point " + std::to_string(i) + ": time " + text(static_cast<double>(points[i].radius)) + ", " +
+              (i % vertices == 0 ? "later than " : "that of its key is ") +
+              text(static_cast<double>(points[other].radius)) + (i % vertices == 0 ? " expected" : "")));
 }
 
 /// Segments or vertex numbers beyond the points.
@@ -64,8 +80,9 @@ Result<void> check_shapes(CpuEngine& engine, const Shapes& shapes, const std::st
         invalid(prefix + std::to_string(shapes.segments.size()) + " segments of shapes that are no curves"));
   if (auto keys = check_keys(shapes, prefix); !keys) return keys;
   const std::size_t bad =
-      engine.find_first(points, [&](std::size_t i) { return !shape_detail::is_valid(shapes.points[i]); });
+      engine.find_first(points, [&](std::size_t i) { return !shape_detail::is_valid(shapes.points[i], shapes.kind); });
   if (bad != points) return tl::unexpected(invalid(prefix + point_fault(shapes, bad)));
+  if (auto times = check_times(engine, shapes, prefix); !times) return times;
   return check_segments(engine, shapes, prefix);
 }
 

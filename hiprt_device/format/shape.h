@@ -22,7 +22,7 @@ HIPRT_HD constexpr std::uint32_t segment_numbers(ShapeKind kind) {
 /// A sphere, a point of a curve's axis, or a vertex at one time.
 struct ShapePoint {
   float position[3];  ///< Finite.
-  float radius;       ///< Finite, at least 0. Of vertices: 0.
+  float radius;       ///< Finite, at least 0. Of a vertex: its time, finite.
 };
 
 /// The points of one geometry. Record i belongs to geometry i.
@@ -32,8 +32,8 @@ struct ShapeRecord {
   std::uint64_t segments;
   std::uint32_t point_count;  ///< Number of points, one after the other.
   ShapeKind kind;
-  /// kMovingTriangles: times at which the vertices are stated, equally spaced from 0 to 1, 2 or more. The points of one
-  /// time follow each other. Else 0.
+  /// kMovingTriangles: times at which the vertices are stated, each later than the one before, 2 or more. The points of
+  /// one time follow each other. Else 0.
   std::uint32_t keys;
   std::uint32_t reserved;
 };
@@ -91,6 +91,11 @@ HIPRT_HD HIPRT_FORCE_INLINE bool is_valid(const ShapePoint& point) {
   return is_finite(point.position) && point.radius >= 0.0f && is_finite(point.radius);
 }
 
+/// Whether a point of this kind of shapes is allowed: vertices have any finite time in place of a radius.
+HIPRT_HD HIPRT_FORCE_INLINE bool is_valid(const ShapePoint& point, ShapeKind kind) {
+  return kind == ShapeKind::kMovingTriangles ? is_finite(point.position) && is_finite(point.radius) : is_valid(point);
+}
+
 /// Whether a curve between two points is ever hit.
 HIPRT_HD HIPRT_FORCE_INLINE bool is_valid(const ShapePoint& a, const ShapePoint& b) {
   return is_valid(a) && is_valid(b) && (a.radius > 0.0f || b.radius > 0.0f);
@@ -124,6 +129,13 @@ HIPRT_HD HIPRT_FORCE_INLINE Box curve_bounds(const ShapePoint& a, const ShapePoi
     box.max[axis] = box.max[axis] > other.max[axis] ? box.max[axis] : other.max[axis];
   }
   return box;
+}
+
+/// Whether point i of moving triangles has the time of its key, and that is later than the key before.
+/// @param vertices of a key.
+template <class Points> HIPRT_HD bool has_good_time(const Points& points, std::size_t vertices, std::size_t i) {
+  if (i % vertices != 0) return points[i].radius == points[i - i % vertices].radius;
+  return i == 0 || points[i].radius > points[i - vertices].radius;
 }
 
 /// A box around a moving triangle at all times.

@@ -15,11 +15,12 @@ struct MovingMesh {
   /// Key k's vertex i: x, y, z from stride * (k * vertices + i). Finite. A triangle with a NaN corner at a key is
   /// missed at times that use this key. A triangle with an infinite corner at any key has no box.
   const float* positions;
-  const float* times;  ///< Times of the keys, each later than the one before. nullptr: equally spaced from 0 to 1.
+  const float* times;              ///< Of key k: times[time_stride * k]. Each later than the one before.
   const std::uint32_t* triangles;  ///< Three vertices each.
   std::uint32_t vertices;
   std::uint32_t keys;        ///< 1 or more.
   std::uint32_t stride = 3;  ///< Floats from a position to the next: 3 or more.
+  std::uint32_t time_stride = 1;
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -71,18 +72,10 @@ struct MovingTriangleSet {
 
   HIPRT_HD HIPRT_FORCE_INLINE Moment moment_at(float time) const {
     const std::uint32_t last = mesh.keys - 1;
-    if (mesh.times != nullptr) {
-      const std::uint32_t key = segment_at(last, time, [&](std::uint32_t i) { return mesh.times[i]; });
-      return key < last ? Moment{key, key + 1, part_of(mesh.times[key], mesh.times[key + 1], time)}
-                        : Moment{last, last, 0.0f};
-    }
-    if (!(time < 1.0f) || last == 0) return {last, last, 0.0f};
-    if (!(time > 0.0f)) return {0, 1, 0.0f};
-    // The product may be rounded up to a whole number. s is rounded once.
-    const auto keys = static_cast<float>(last);
-    auto key = static_cast<std::uint32_t>(time * keys);
-    if (key != 0 && fused_multiply_add(time, keys, -static_cast<float>(key)) < 0.0f) --key;
-    return {key, key + 1, fused_multiply_add(time, keys, -static_cast<float>(key))};
+    const auto time_of = [&](std::uint32_t key) { return mesh.times[std::uint64_t{key} * mesh.time_stride]; };
+    const std::uint32_t key = segment_at(last, time, time_of);
+    if (key >= last) return {last, last, 0.0f};
+    return {key, key + 1, part_of(time_of(key), time_of(key + 1), time)};
   }
 
   /// Sets the corners at a moment. @return the largest magnitude of a coordinate at either key.

@@ -94,10 +94,14 @@ class SceneShapes {
       return visit(RoundCurveSet{reinterpret_cast<const CurveVertex*>(points),
                                  reinterpret_cast<const std::uint32_t*>(file + shape.segments)});
     if (shape.kind == ShapeKind::kSpheres) return visit(SphereSet{reinterpret_cast<const Sphere*>(points)});
-    if (shape.kind == ShapeKind::kMovingTriangles)
-      return visit(MovingTriangleSet{{reinterpret_cast<const float*>(points), nullptr,
-                                      reinterpret_cast<const std::uint32_t*>(file + shape.segments),
-                                      shape.point_count / shape.keys, shape.keys, sizeof(ShapePoint) / sizeof(float)}});
+    if (shape.kind == ShapeKind::kMovingTriangles) {
+      constexpr std::uint32_t kStride = sizeof(ShapePoint) / sizeof(float);
+      const auto* numbers = reinterpret_cast<const float*>(points);
+      const std::uint32_t vertices = shape.point_count / shape.keys;
+      return visit(MovingTriangleSet{{numbers, numbers + kStride - 1,
+                                      reinterpret_cast<const std::uint32_t*>(file + shape.segments), vertices,
+                                      shape.keys, kStride, kStride * vertices}});
+    }
     return nothing;
   }
 

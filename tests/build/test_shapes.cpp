@@ -32,9 +32,9 @@ struct Wig {
 
 /// A square of two triangles that rises and leans.
 struct Flap {
-  std::vector<ShapePoint> points{{{0, 0, 0}, 0}, {{1, 0, 0}, 0}, {{1, 1, 0}, 0}, {{0, 1, 0}, 0},
-                                 {{0, 0, 2}, 0}, {{1, 0, 2}, 0}, {{1, 1, 2}, 0}, {{0, 1, 2}, 0},
-                                 {{0, 0, 2}, 0}, {{1, 0, 2}, 0}, {{1, 4, 2}, 0}, {{0, 1, 2}, 0}};
+  std::vector<ShapePoint> points{{{0, 0, 0}, -2}, {{1, 0, 0}, -2}, {{1, 1, 0}, -2}, {{0, 1, 0}, -2},
+                                 {{0, 0, 2}, 1},  {{1, 0, 2}, 1},  {{1, 1, 2}, 1},  {{0, 1, 2}, 1},
+                                 {{0, 0, 2}, 3},  {{1, 0, 2}, 3},  {{1, 4, 2}, 3},  {{0, 1, 2}, 3}};
   std::vector<std::uint32_t> corners{0, 1, 2, 0, 2, 3};
   std::uint32_t keys = 3;
 
@@ -136,6 +136,14 @@ TEST_CASE("moving triangles: boxes hold all keys, and bad ones are refused with 
   flap = {};
   flap.points[7].position[1] = kNan;
   CHECK(fault(flap.shapes()) == "point 7: y is nan");
+  flap = {};
+  flap.points[5].radius = 2;
+  CHECK(fault(flap.shapes()) == "point 5: time 2, that of its key is 1");
+  flap = {};
+  for (std::size_t i = 8; i < 12; ++i) flap.points[i].radius = 1;
+  CHECK(fault(flap.shapes()) == "point 8: time 1, later than 1 expected");
+  flap.points[9].radius = -kInfinity;
+  CHECK(fault(flap.shapes()) == "point 9: time -inf, a finite number expected");
   Shapes curves = Wig{}.shapes();
   curves.keys = 2;
   CHECK(fault(curves) == "2 keys of shapes that do not move");
@@ -166,7 +174,7 @@ TEST_CASE("files hold moving triangles, and refits move them") {
   CHECK_THAT(refitted(other).error().message, Contains("triangle 1 has vertex 1, but in the file to refit 0"));
   other = flap;
   other.keys = 2;
-  other.corners = {0, 1, 2, 0, 2, 3};
+  for (std::size_t i = 0; i < 12; ++i) other.points[i].radius = i < 6 ? 0 : 1;
   CHECK_THAT(refitted(other).error().message, Contains("2 keys, but the file to refit has 3"));
 }
 

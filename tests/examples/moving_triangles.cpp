@@ -7,9 +7,9 @@
 #include <cstdio>
 
 int main() {
-  // Three vertices at time 0, then the same ones at time 1; their radius is 0.
+  // Three vertices at time 0, then the same ones at time 1.
   const hiprt::ShapePoint vertices[] = {{{-1, -1, 0}, 0}, {{1, -1, 0}, 0}, {{0, 1, 0}, 0},
-                                        {{-1, -1, 2}, 0}, {{1, -1, 2}, 0}, {{0, 1, 3}, 0}};
+                                        {{-1, -1, 2}, 1}, {{1, -1, 2}, 1}, {{0, 1, 3}, 1}};
   const std::uint32_t corners[] = {0, 1, 2};
   const hiprt::build::Shapes flap{hiprt::ShapeKind::kMovingTriangles, vertices, corners, 2};
   const auto boxes = hiprt::build::shape_boxes(flap);

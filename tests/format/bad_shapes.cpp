@@ -19,6 +19,7 @@ std::uint64_t object_shapes(const BufferView& view) { return view.object_shape_e
 /// The record of geometry 1, of spheres, 2, of curves, and 3, of none.
 std::uint64_t spheres(const BufferView& view) { return records(view) + sizeof(ShapeRecord); }
 std::uint64_t curves(const BufferView& view) { return records(view) + 2 * sizeof(ShapeRecord); }
+std::uint64_t moving_points(const BufferView& view) { return view.shapes[4].points; }
 /// The record of geometry 4, of moving triangles.
 std::uint64_t moving(const BufferView& view) { return records(view) + 4 * sizeof(ShapeRecord); }
 std::uint64_t none(const BufferView& view) { return records(view) + 3 * sizeof(ShapeRecord); }
@@ -132,6 +133,9 @@ std::vector<BadCase> shape_cases() {
            wrong(E::kBadShape, "a segment from the last point", segments, 8, constant(6u)),
            wrong(E::kBadShape, "a segment from nowhere", segments, 0, constant(0xffffffffu)),
            wrong(E::kBadShape, "a corner behind the vertices of a key", segments, (kSegments + 5) * 4, constant(4u)),
+           wrong(E::kBadShape, "a vertex at another time than its key", moving_points, 5 * 16 + 12, constant(0.5f)),
+           wrong(E::kBadShape, "a key that is not later", moving_points, 4 * 16 + 12, constant(0.0f)),
+           wrong(E::kBadShape, "a time that is not finite", moving_points, 8 * 16 + 12, constant(kInf)),
            without(SectionKind::kShapePoints, "shapes without points", shape_file),
            without(SectionKind::kShapes, "points without shapes", shape_file),
            without(SectionKind::kCurveSegments, "shapes without segments", shape_file),

@@ -28,7 +28,7 @@ inline TestFile shape_file(NodeLayout layout) {
   std::vector<ShapePoint> vertices;
   for (const float z : {0.0f, 1.0f, 3.0f})
     for (const auto& [x, y] : {std::pair{0.0f, 0.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}})
-      vertices.push_back({{x, y - 5, z}, 0});
+      vertices.push_back({{x, y - 5, z}, z});
   const std::vector<std::uint32_t> corners{0, 1, 2, 0, 2, 3};
   const build::Shapes moving{ShapeKind::kMovingTriangles, vertices, corners, 3};
   const auto moving_boxes = build::shape_boxes(moving);

@@ -191,8 +191,8 @@ std::vector<Aim> shape_aims() {
 
 std::vector<Aim> moving_shape_aims() {
   std::vector<Aim> aims;
-  for (const float time : {0.0f, 0.25f, 0.5f, 0.75f, 1.0f}) {
-    const double x = 16 * time, z = time > 0.5f ? 8 * (time - 0.5) : 0.0;
+  for (const float time : {-1.0f, -0.5f, 0.0f, 0.5f, 1.0f}) {
+    const double x = 8 + 8 * time, z = time > 0 ? 4 * time : 0.0;
     aims.push_back({{x + 0.75, 50.25, z}, 0, 0, {}, time});
     aims.push_back({{x + 0.25, 50.75, z}, 0, 1, {}, time});
   }

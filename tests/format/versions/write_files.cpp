@@ -238,12 +238,13 @@ void write_types() {
 #endif
 
 #if GOLDEN_MINOR >= 7
-/// Two triangles of a square that moves along x, and rises in the second half.
+/// Two triangles of a square that moves along x from time -1 to 1, and rises in the second half.
 void write_moving_shapes() {
   std::vector<ShapePoint> points;
-  for (const auto& [x, z] : {std::pair{0.0f, 0.0f}, {8.0f, 0.0f}, {16.0f, 4.0f}})
+  for (const auto& [x, z] : {std::pair{0.0f, 0.0f}, {8.0f, 0.0f}, {16.0f, 4.0f}}) {
     for (const auto& [dx, dy] : {std::pair{0.0f, 0.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}})
-      points.push_back({{x + dx, 50 + dy, z}, 0});
+      points.push_back({{x + dx, 50 + dy, z}, x / 8 - 1});
+  }
   const std::vector<std::uint32_t> corners{0, 1, 2, 0, 2, 3};
   const build::Shapes square{ShapeKind::kMovingTriangles, points, corners, 3};
   const auto square_boxes = build::shape_boxes(square);

@@ -204,8 +204,12 @@ TEST_CASE("moving triangles of a file have the hits of the static mesh at that t
     for (std::uint32_t k = 1; k < keys; ++k) meshes.push_back(oracle::shaken(first, 0.3, kSeed + k));
     std::vector<ShapePoint> points;
     std::vector<std::uint32_t> corners;
-    for (const oracle::Mesh& mesh : meshes)
-      for (const auto& p : mesh.positions) points.push_back({{p[0], p[1], p[2]}, 0});
+    Random random(kSeed + keys);
+    std::vector<float> times;
+    for (const oracle::Mesh& mesh : meshes) {
+      times.push_back(times.empty() ? -0.5f : times.back() + random.uniform_float(0.01f, 1));
+      for (const auto& p : mesh.positions) points.push_back({{p[0], p[1], p[2]}, times.back()});
+    }
     for (const auto& t : first.triangles) corners.insert(corners.end(), t.begin(), t.end());
     const build::Shapes shapes{ShapeKind::kMovingTriangles, points, corners, keys};
     const auto boxes = build::shape_boxes(shapes);
@@ -215,14 +219,18 @@ TEST_CASE("moving triangles of a file have the hits of the static mesh at that t
     REQUIRE(moving.has_value());
     REQUIRE(validate(moving->buffer.bytes()).has_value());
     const SceneView view = make_scene_view(*open_buffer(moving->buffer.bytes()));
-    Random random(kSeed + keys);
     unsigned hits = 0;
     for (unsigned i = 0; i < 40; ++i) {
-      // Before, at and behind all keys, and between them.
-      const float time = i < 3 ? static_cast<float>(i) - 1.0f : i == 3 ? 2.0f : random.uniform_float(0, 1);
-      const double at = double{std::clamp(time, 0.0f, 1.0f)} * (keys - 1);
-      const auto key = std::min(static_cast<std::uint32_t>(at), keys - 2);
-      const auto s = static_cast<float>(at - key);
+      // At keys, before and behind all of them, and between them.
+      const float time = i < keys && i < 10 ? times[i]
+                         : i == 10          ? -9.0f
+                         : i == 11          ? 99.0f
+                                            : random.uniform_float(times.front(), times.back());
+      std::size_t key = 0;
+      while (key + 2 < keys && times[key + 1] <= time) ++key;
+      const float s = time <= times[key]       ? 0.0f
+                      : time >= times[key + 1] ? 1.0f
+                                               : (time - times[key]) / (times[key + 1] - times[key]);
       oracle::Mesh still = first;
       for (std::size_t v = 0; v < still.positions.size(); ++v)
         for (std::size_t axis = 0; axis < 3; ++axis)
