@@ -60,7 +60,7 @@ struct Shapes {
   /// hit (radius 0).
   Box bounds(std::size_t i) const {
     if (kind == ShapeKind::kCurves) return curve_bounds(points[segments[i]], points[std::size_t{segments[i]} + 1]);
-    if (kind == ShapeKind::kSpheres) return sphere_bounds(points[i]);
+    if (kind != ShapeKind::kMovingTriangles) return sphere_bounds(points[i]);
     return moving_triangle_bounds(points.data(), static_cast<std::uint32_t>(points.size() / keys), keys,
                                   &segments[3 * i]);
   }

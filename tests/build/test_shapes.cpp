@@ -147,6 +147,9 @@ TEST_CASE("moving triangles: boxes hold all keys, and bad ones are refused with 
   Shapes curves = Wig{}.shapes();
   curves.keys = 2;
   CHECK(fault(curves) == "2 keys of shapes that do not move");
+  // Points without a kind have no keys: their boxes are those of spheres.
+  const ShapePoint point[] = {{{0, 0, 0}, 1}};
+  CHECK(boxes_of({ShapeKind::kNone, point, {}})[0].max[0] == 1);
 }
 
 TEST_CASE("files hold moving triangles, and refits move them") {

@@ -198,6 +198,16 @@ void write_instances() {
 #endif
 
 #if GOLDEN_MINOR >= 3
+/// A file of custom geometries, and a scene of three instances of it.
+void write_customs_and_instances(const char* name, const char* scene_name,
+                                 const std::vector<build::CustomGeometry>& customs, NodeLayout layout) {
+  build::SceneInput scene;
+  scene.customs = customs;
+  const build::Buffer object = write(name, build::build(scene, in_layout(layout)));
+  const std::vector<std::span<const std::byte>> files{object.bytes()};
+  write(scene_name, build::build_instances(files, three_instances(), over_instances()));
+}
+
 void write_shapes() {
   const std::vector<ShapePoint> centres{{{0, 30, 0}, 0.5f}, {{3, 30, 0}, 0.5f}, {{6, 30, 0}, 0.5f}};
   const std::vector<ShapePoint> axis{{{0, 35, 0}, 0.25f}, {{2, 35, 0}, 0.25f}, {{4, 35, 0}, 0.25f}};
@@ -216,11 +226,7 @@ void write_shapes() {
   customs[1].boxes = *curve_boxes;
   customs[1].shapes = curves;
   customs[1].type = 1;
-  build::SceneInput scene;
-  scene.customs = customs;
-  const build::Buffer object = write("shapes", build::build(scene, in_layout(NodeLayout::kPlanes)));
-  const std::vector<std::span<const std::byte>> files{object.bytes()};
-  write("shape_instances", build::build_instances(files, three_instances(), over_instances()));
+  write_customs_and_instances("shapes", "shape_instances", customs, NodeLayout::kPlanes);
 }
 #endif
 
@@ -252,11 +258,7 @@ void write_moving_shapes() {
   std::vector<build::CustomGeometry> customs(1);
   customs[0].boxes = *square_boxes;
   customs[0].shapes = square;
-  build::SceneInput scene;
-  scene.customs = customs;
-  const build::Buffer object = write("moving_shapes", build::build(scene, in_layout(NodeLayout::kHalf)));
-  const std::vector<std::span<const std::byte>> files{object.bytes()};
-  write("moving_shape_instances", build::build_instances(files, three_instances(), over_instances()));
+  write_customs_and_instances("moving_shapes", "moving_shape_instances", customs, NodeLayout::kHalf);
 }
 #endif
 

@@ -114,7 +114,10 @@ bool has(const tools::Mesh& mesh, const build::Position& p) {
 
 TEST_CASE("assimp: without it the error says what to do") {
   const TempFolder folder;
-  if (tools::assimp_reads(".fbx")) return;
+  if (tools::assimp_reads(".fbx")) {
+    WARN("this build has assimp: what a build without it says is not tested");
+    return;
+  }
   CHECK_THAT(refusal(folder.write("a.fbx", kFbx)), Contains("FBX needs assimp") && Contains("-DHIPRT_ASSIMP=ON"));
   CHECK_THAT(refusal(folder.write("a.usdz", "x")), Contains("USD needs assimp"));
   CHECK_THAT(refusal(folder.write("a.xyz", "x")), Contains("unknown mesh format; known are .obj"));

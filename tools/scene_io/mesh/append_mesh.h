@@ -7,7 +7,7 @@
 
 namespace hiprt::tools {
 
-/// Appends transformed triangles; mirrored ones keep their outside. Surfaces are left as they are.
+/// Appends transformed triangles; mirrored ones keep their outside. Does not change the mesh's surface.
 /// @param triangles with indices below positions.size().
 /// @return the number of the first new vertex; kTooLarge if there would be more than 2^32 - 1.
 build::Result<std::uint32_t> append(Mesh& mesh, std::span<const build::Position> positions,

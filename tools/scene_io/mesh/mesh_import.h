@@ -70,7 +70,7 @@ struct MeshAssembly {
 
 /// As load_mesh(), but keeps every mesh of a glTF file separate, in the order of the file. A mesh has one use per node,
 /// or as many as EXT_mesh_gpu_instancing says. Meshes without triangles or without nodes are left out. A node with a
-/// skin or with weights of morph targets has a mesh of its own, in the shape of the first time. Files that assimp reads
+/// skin or with weights of morph targets gets a separate mesh in the shape of the first time. Files that assimp reads
 /// are separated likewise. Other files are one mesh that is used once.
 /// @param times in seconds, at which animations are evaluated (all of the file at once, gltf_animation.h). Empty:
 /// animations are ignored.
