@@ -23,9 +23,10 @@ namespace hiprt::test {
 
 /// What random scenes have.
 struct PartSceneOptions {
-  unsigned groups = 3;     ///< Besides the scene.
-  unsigned instances = 6;  ///< Of each group; the scene has twice as many.
-  bool lights = true, cutout = true, moving = true;
+  unsigned groups = 3;                ///< Besides the scene.
+  unsigned instances = 6;             ///< Of each group; the scene has twice as many.
+  bool lights = true, cutout = true;  ///< Of these materials.
+  bool moving = true;                 ///< Some instances move, and an object deforms.
 };
 
 /// A description and the surfaces of its objects: meshes of one geometry each, some of two.
@@ -39,6 +40,17 @@ inline tools::Mesh mesh_of(const oracle::Mesh& from) {
   mesh.positions = from.positions;
   mesh.triangles = from.triangles;
   return mesh;
+}
+
+/// The mesh at time 0, and higher at time 1.
+inline tools::ShapeSet rising(const oracle::Mesh& mesh) {
+  tools::ShapeSet set;
+  set.kind = ShapeKind::kMovingTriangles;
+  set.keys = 2;
+  for (const float time : {0.0f, 1.0f})
+    for (const auto& p : mesh.positions) set.points.push_back({{p[0], p[1] + 0.5f * time * (1.0f + p[0]), p[2]}, time});
+  for (const auto& t : mesh.triangles) set.segments.insert(set.segments.end(), t.begin(), t.end());
+  return set;
 }
 
 /// The same for the same seed. Some instances are there twice at the same place, so that hits tie.
@@ -66,9 +78,19 @@ inline PartDescription random_description(std::uint64_t seed, const PartSceneOpt
   const std::vector<oracle::Mesh> meshes{oracle::icosphere(1), square, floor_square(0.3f), oracle::icosphere(0),
                                          square};
   for (std::uint32_t i = 0; i < meshes.size(); ++i) {
-    scene.objects.push_back({"object " + std::to_string(i), {scene.meshes.size()}});
-    scene.meshes.push_back(mesh_of(oracle::placed(meshes[i], 0.8)));
+    tools::SceneObject& object = scene.objects.emplace_back();
+    object.name = "object " + std::to_string(i);
     tools::GeometrySurface surface = surface_of(meshes[i], i % 5);
+    if (options.moving && i == 2) {
+      object.shapes.push_back(scene.shapes.size());
+      scene.shapes.push_back(rising(oracle::placed(meshes[i], 0.8)));
+      surface.times = {0, 1};
+      surface.normals.assign(meshes[i].positions.size(), {0, 1, 0});
+      surface.normals.resize(2 * meshes[i].positions.size(), {-0.6f, 0.8f, 0});
+    } else {
+      object.meshes.push_back(scene.meshes.size());
+      scene.meshes.push_back(mesh_of(oracle::placed(meshes[i], 0.8)));
+    }
     for (const auto& p : meshes[i].positions) {
       surface.coordinates.push_back({p[0] + p[1], p[2]});
       if (i == 0) surface.normals.push_back(p);

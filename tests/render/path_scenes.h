@@ -67,6 +67,37 @@ inline PathTestScene scene_with_balls(const std::vector<oracle::Mesh>& meshes, c
   return scene;
 }
 
+/// Triangles that move: the mesh at each time. The vertices' normals are those of the times, if there are any.
+struct KeyedMesh {
+  std::vector<float> times;
+  std::vector<oracle::Mesh> meshes;
+  std::vector<std::array<float, 3>> normals{};
+};
+
+/// Geometry i has material i: the meshes, and behind them what moves.
+inline PathTestScene scene_with_motion(const std::vector<oracle::Mesh>& meshes, const KeyedMesh& moving,
+                                       std::vector<tools::Material> materials) {
+  std::vector<ShapePoint> points;
+  for (std::size_t k = 0; k < moving.times.size(); ++k)
+    for (const auto& p : moving.meshes[k].positions) points.push_back({{p[0], p[1], p[2]}, moving.times[k]});
+  std::vector<std::uint32_t> corners;
+  for (const auto& t : moving.meshes[0].triangles) corners.insert(corners.end(), t.begin(), t.end());
+  const build::Shapes shapes{ShapeKind::kMovingTriangles, points, corners,
+                             static_cast<std::uint32_t>(moving.times.size())};
+  const auto boxes = build::shape_boxes(shapes);
+  REQUIRE(boxes.has_value());
+  const build::CustomGeometry custom{.boxes = *boxes, .shapes = shapes};
+  const auto views = oracle::views(meshes);
+  auto bvh = build::build(build::SceneInput{views, {&custom, 1}});
+  REQUIRE(bvh.has_value());
+  PathTestScene scene{std::move(bvh->buffer), {{}, std::move(materials), {{}}}};
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) scene.surfaces.objects[0].push_back(surface_of(meshes[i], i));
+  scene.surfaces.objects[0].push_back(surface_of(moving.meshes[0], static_cast<std::uint32_t>(meshes.size())));
+  scene.surfaces.objects[0].back().times = moving.times;
+  scene.surfaces.objects[0].back().normals = moving.normals;
+  return scene;
+}
+
 /// The scene as the one object of a group.
 inline PathTestScene in_instances(PathTestScene scene, const std::vector<build::Instance>& instances) {
   const std::span<const std::byte> file = scene.file.bytes();

@@ -209,6 +209,73 @@ TEST_CASE("spheres have the material of their geometry, and are seen and lit thr
   }
 }
 
+TEST_CASE("triangles that move look like those of their time that stand still") {
+  const std::vector<oracle::Mesh> meshes{floor_square(4.0f), moved(floor_square(1.0f), 0.0f, 4.0f, 0.0f)};
+  const std::vector<Material> materials{clay(0.5f), lamp(10.0f), clay(0.75f)};
+  const auto tent = [](float top, float side) {
+    oracle::Mesh mesh;
+    mesh.positions = {{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}, {side, top, 0}};
+    mesh.triangles = {{0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}};
+    return mesh;
+  };
+  const auto up = [](float x) { return std::array<float, 3>{x, std::sqrt(1.0f - x * x), 0.0f}; };
+  const auto between = [&](float a, float b) {
+    return std::array{0.5f * up(a)[0] + 0.5f * up(b)[0], 0.5f * up(a)[1] + 0.5f * up(b)[1], 0.0f};
+  };
+  KeyedMesh moving{{1, 2, 4}, {tent(1, 0), tent(2, 0.5f), tent(0.5f, -1)}};
+  struct Still {
+    float time;
+    oracle::Mesh mesh;
+    std::array<float, 3> normal;
+  };
+  const std::vector<Still> stills{{-9, tent(1, 0), up(-0.5f)},
+                                  {1, tent(1, 0), up(-0.5f)},
+                                  {1.5f, tent(1.5f, 0.25f), between(-0.5f, 0.25f)},
+                                  {2, tent(2, 0.5f), up(0.25f)},
+                                  {3, tent(1.25f, -0.25f), between(0.25f, 0.75f)},
+                                  {4, tent(0.5f, -1), up(0.75f)},
+                                  {99, tent(0.5f, -1), up(0.75f)}};
+  const Camera camera{{0, 3, 4}, {0, 0.5, 0}, {0, 1, 0}, 50};
+  for (const bool smooth : {false, true}) {
+    for (const float lean : {-0.5f, 0.25f, 0.75f})
+      moving.normals.insert(moving.normals.end(), smooth ? 5 : 0, up(lean));
+    const PathTestScene scene = scene_with_motion(meshes, moving, materials);
+    const PathData data = data_of(scene, black);
+    for (const Still& still : stills) {
+      CAPTURE(smooth, still.time);
+      PathTestScene flat = flat_scene({meshes[0], meshes[1], still.mesh}, materials);
+      if (smooth) flat.surfaces.objects[0][2].normals.assign(5, still.normal);
+      const PathData flat_data = data_of(flat, black);
+      const PathOptions options{.width = 24, .height = 24, .samples = 8, .shutter = {still.time, still.time}};
+      // Rays leave a little farther from triangles that move, as their error bounds are larger.
+      const double got = mean_of(trace_well(scene, data, camera, options)).x;
+      CHECK(got == Approx(mean_of(trace_well(flat, flat_data, camera, options)).x).epsilon(1e-3));
+      Image image(24, 24), expected(24, 24);
+      const BufferView view = scene.view(), flat_view = flat.view();
+      REQUIRE(store_surfaces(make_scene_view(view), data, camera, options, image).has_value());
+      REQUIRE(store_surfaces(make_scene_view(flat_view), flat_data, camera, options, expected).has_value());
+      int seen = 0;
+      for (std::size_t i = 0; i < image.shading.size(); ++i) {
+        REQUIRE(image.shading[i].albedo == expected.shading[i].albedo);
+        REQUIRE(glm::distance(image.shading[i].normal, expected.shading[i].normal) < 1e-5f);
+        seen += image.shading[i].albedo == Vec3(0.75f) ? 1 : 0;
+      }
+      CHECK(seen > 20);
+    }
+  }
+}
+
+TEST_CASE("the light of lamps that deform is found") {
+  const std::vector<oracle::Mesh> floor{floor_square(4.0f)};
+  const oracle::Mesh low = moved(floor_square(2.0f), 0.0f, 1.0f, 0.0f),
+                     high = moved(floor_square(2.0f), 0.0f, 3.0f, 0.0f);
+  const PathTestScene scene = scene_with_motion(floor, {{0, 1}, {low, high}}, {clay(0.5f), lamp(10.0f)});
+  PathOptions options{.width = 16, .height = 16, .samples = 256, .bounces = 1, .shutter = {0.5f, 0.5f}};
+  const Camera below{{0.1, 0.5, 0}, {0.1, 0, 0}, {0, 0, 1}, 0.02};
+  const double light = mean_of(trace_well(scene, data_of(scene, black), below, options)).x;
+  CHECK(light == Approx(by_sum(clay(0.5f), 2.0f, 2.0f, 10.0)).epsilon(0.02));
+}
+
 TEST_CASE("textures: every other texel of a mask is cut out, and colours are sRGB") {
   PathTestScene scene = flat_scene({floor_square(1.0f)}, {clay(1.0f)});
   GeometrySurface& surface = scene.surfaces.objects[0][0];

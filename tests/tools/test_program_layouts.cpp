@@ -6,6 +6,7 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
+#include <hiprt_device/format/buffer.h>
 
 #include <tests/catch.h>
 #include <nlohmann/json.hpp>

@@ -61,6 +61,7 @@ void add(Hasher& hasher, const build::CustomGeometry& custom) {
   hasher.number(custom.shapes.kind);
   hasher.span(custom.shapes.points);
   hasher.span(custom.shapes.segments);
+  hasher.number(custom.shapes.keys);
   hasher.text(custom.name);
 }
 

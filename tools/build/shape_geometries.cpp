@@ -12,7 +12,7 @@ build::Result<ShapeGeometries> ShapeGeometries::make(std::span<const ShapeSet* c
     auto boxes = build::shape_boxes(set->view(), threads);
     if (!boxes) return fail(boxes.error().code, set->name + ": " + boxes.error().message);
     result.boxes_.push_back(std::move(*boxes));
-    const std::uint8_t type = set->kind == ShapeKind::kCurves ? 1 : 0;
+    const std::uint32_t type = set->kind == ShapeKind::kCurves ? 1 : set->kind == ShapeKind::kMovingTriangles ? 2 : 0;
     result.customs_.push_back({.boxes = result.boxes_.back(), .type = type, .name = set->name, .shapes = set->view()});
   }
   return result;

@@ -13,7 +13,7 @@ namespace hiprt::tools {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'H', 'I', 'P', 'R', 'T', 'P', 'R', 'T'};
-constexpr std::uint32_t kDataVersion = 1;
+constexpr std::uint32_t kDataVersion = 2;
 
 /// A Material without its name.
 struct MaterialRecord {
@@ -30,6 +30,7 @@ void add(ByteWriter& writer, const GeometrySurface& surface) {
   writer.add_array(std::span(surface.materials));
   writer.add_array(std::span(surface.coordinates));
   writer.add_array(std::span(surface.normals));
+  writer.add_array(std::span(surface.times));
 }
 
 GeometrySurface get_surface(ByteReader& reader) {
@@ -40,6 +41,7 @@ GeometrySurface get_surface(ByteReader& reader) {
   surface.materials = reader.get_array<std::uint32_t>();
   surface.coordinates = reader.get_array<std::array<float, 2>>();
   surface.normals = reader.get_array<std::array<float, 3>>();
+  surface.times = reader.get_array<float>();
   if (material != kInvalidId) surface.shape_material = material;
   return surface;
 }
@@ -127,16 +129,23 @@ class SurfaceCheck {
       if (geometries.size() != object.geometries.size())
         return "object " + std::to_string(i) + " has another number of geometries than that of the BVH";
       for (std::size_t g = 0; g < geometries.size(); ++g)
-        if (const char* wrong = check(geometries[g], object.geometries[g]))
+        if (const char* wrong = check(geometries[g], object, g))
           return "object " + std::to_string(i) + ", geometry " + std::to_string(g) + ": " + wrong;
     }
     return {};
   }
 
-  const char* check(const GeometrySurface& surface, const GeometryRecord& record) const {
-    const bool custom = (record.flags & kGeometryCustom) != 0;
-    if (surface.primitives() != record.primitive_count || surface.shape_material.has_value() != custom)
+  const char* check(const GeometrySurface& surface, const BufferView& object, std::size_t geometry) const {
+    const GeometryRecord& record = object.geometries[geometry];
+    const bool moves = !object.shapes.empty() && object.shapes[geometry].kind == ShapeKind::kMovingTriangles;
+    const bool custom = (record.flags & kGeometryCustom) != 0 && !moves;
+    if (surface.primitives() != record.primitive_count || surface.shape_material.has_value() != custom ||
+        surface.times.empty() == moves)
       return "it has other primitives than that of the BVH";
+    for (std::size_t k = 1; k < surface.times.size(); ++k)
+      if (!(surface.times[k - 1] < surface.times[k])) return "its times do not grow";
+    if (moves && surface.normals.size() % surface.times.size() != 0) return "a time has not all normals";
+    const std::size_t normals = surface.normals.size() / std::max<std::size_t>(surface.times.size(), 1);
     if (surface.materials.size() != surface.triangles.size()) return "not every triangle has a material";
     const auto is_material = [&](std::uint32_t material) { return material < surfaces_.materials.size(); };
     if (!std::all_of(surface.materials.begin(), surface.materials.end(), is_material) ||
@@ -145,7 +154,7 @@ class SurfaceCheck {
     const auto fits = [&](const build::Triangle& triangle) {
       return std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t vertex) {
         return (surface.coordinates.empty() || vertex < surface.coordinates.size()) &&
-               (surface.normals.empty() || vertex < surface.normals.size());
+               (surface.normals.empty() || vertex < normals);
       });
     };
     if (!std::all_of(surface.triangles.begin(), surface.triangles.end(), fits)) return "a vertex does not exist";

@@ -99,6 +99,24 @@ TEST_CASE("a GPU's paths are the CPU's: spheres of a material behind alpha cut-o
   compare(scene, data_of(scene, sky), {.width = 24, .height = 16, .samples = 3, .shutter = {0.0f, 1.0f}});
 }
 
+TEST_CASE("a GPU's paths are the CPU's: triangles that move, with textures and normals of each time") {
+  oracle::Mesh ball = raised(oracle::icosphere(2), 1.0f), flat = ball;
+  for (auto& p : flat.positions) p[1] = 0.5f + 0.5f * p[1];
+  KeyedMesh moving{{0, 0.25f, 1}, {ball, flat, raised(flat, 0.5f)}};
+  const oracle::Mesh sphere = oracle::icosphere(2);
+  for (int k = 0; k < 3; ++k)
+    for (const auto& p : sphere.positions) moving.normals.push_back({p[0], p[1], k == 0 ? p[2] : -p[2]});
+  Material cloth = material(0.8f, 0.0f, 0.6f);
+  cloth.alpha_cutoff = 0.5f;
+  cloth.base_color_texture.texture = 0;
+  PathTestScene scene = scene_with_motion({floor_square(3.0f), raised(floor_square(0.5f), 3.0f)}, moving,
+                                          {material(0.7f, 0.0f, 1.0f), lamp(), cloth});
+  scene.surfaces.textures.push_back({"checks", 2, 2, {0xff4080c0u, 0x00ffffffu, 0x20ffffffu, 0xffc08040u}});
+  for (const auto& p : oracle::icosphere(2).positions)
+    scene.surfaces.objects[0][2].coordinates.push_back({4 * p[0], 4 * p[1]});
+  compare(scene, data_of(scene, sky), {.width = 24, .height = 16, .samples = 3, .shutter = {0.0f, 1.0f}});
+}
+
 TEST_CASE("a GPU's paths are the CPU's: spheres and curves of clay, in instances that move") {
   PathTestScene scene;
   scene.file = std::move(checks::ShapeScene(2, 20261123).file);

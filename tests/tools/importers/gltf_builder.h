@@ -56,6 +56,18 @@ class GltfBuilder {
     return static_cast<int>(json["meshes"].size()) - 1;
   }
 
+  /// Adds an animation of one channel of a node. @param path "translation", "rotation", "scale" or "weights".
+  void animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<float>& values,
+               const std::string& interpolation = "LINEAR") {
+    const std::size_t components = path == "weights" ? 1 : path == "rotation" ? 4 : 3;
+    const std::string type = components == 1 ? "SCALAR" : "VEC" + std::to_string(components);
+    const int input = add_accessor(times, 5126, "SCALAR", times.size());
+    const int output = add_accessor(values, 5126, type, values.size() / components);
+    json["animations"].push_back(
+        {{"channels", {{{"sampler", 0}, {"target", {{"node", node}, {"path", path}}}}}},
+         {"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}}});
+  }
+
   /// The document with the buffer inside, in base64.
   std::string embedded() const {
     nlohmann::json document = json;

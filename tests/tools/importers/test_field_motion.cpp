@@ -24,11 +24,7 @@ struct Moving : GltfBuilder {
     add_mesh(add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0}));
     json["scenes"] = {{{"nodes", {0}}}};
     json["nodes"] = {{{"mesh", 0}}};
-    const int input = add_accessor(times, 5126, "SCALAR", times.size());
-    const std::size_t components = path == "rotation" ? 4 : 3;
-    const int output = add_accessor(values, 5126, components == 4 ? "VEC4" : "VEC3", values.size() / components);
-    json["animations"] = {{{"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", path}}}}}},
-                           {"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}}}};
+    animate(0, path, times, values, interpolation);
   }
 };
 

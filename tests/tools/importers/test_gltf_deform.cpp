@@ -177,19 +177,23 @@ TEST_CASE("glTF morph targets: nodes with weights of their own have a mesh of th
   CHECK(assembly.meshes[1].name == "a.glb mesh 0 of node 1");
 }
 
-TEST_CASE("glTF morph targets: animated weights have the value of the first time") {
+TEST_CASE("glTF morph targets: animated weights have their values at each time") {
   Morphing b;
   const auto animate = [&](const std::vector<float>& weights, const std::string& interpolation) {
-    const int input = b.add_accessor<float>({0, 2}, 5126, "SCALAR", 2);
-    const int output = b.add_accessor(weights, 5126, "SCALAR", weights.size());
-    b.json["animations"] = {{{"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}}},
-                             {"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}}}};
+    b.json.erase("animations");
+    b.animate(0, "weights", {0, 2}, weights, interpolation);
   };
   animate({0, 1, 4, 0}, "LINEAR");
-  check_near(load_all(b, {0.5f}).meshes[0].positions, {{0, 0, 1}, {7, 0, 1}, {0, 1, 1}});
-  CHECK(load_all(b, {0.5f}).warnings.empty());
-  CHECK_THAT(load_all(b, {0.5f, 1}).warnings.at(0), Contains("do not deform while the shutter is open"));
-  CHECK(load_all(b, {2, 3}).warnings.empty());
+  const auto still = load_all(b, {0.5f});
+  check_near(still.meshes[0].positions, {{0, 0, 1}, {7, 0, 1}, {0, 1, 1}});
+  CHECK((still.meshes[0].keys == 1 && still.warnings.empty()));
+  const auto moving = load_all(b, {0.5f, 1});
+  REQUIRE((moving.meshes.size() == 1 && moving.meshes[0].keys == 2 && moving.warnings.empty()));
+  check_near(moving.meshes[0].positions, {{0, 0, 1}, {7, 0, 1}, {0, 1, 1}, {0, 0, 2}, {5, 0, 2}, {0, 1, 2}});
+  CHECK(moving.meshes[0].triangles == std::vector<build::Triangle>{{0, 1, 2}});
+  CHECK(moving.uses[0].keys.empty());
+  // Behind the last key it stands still.
+  CHECK((load_all(b, {2, 3}).meshes[0].keys == 1 && load_all(b, {1.5f, 2, 3}).meshes[0].keys == 3));
   CHECK(load_all(b).warnings == std::vector<std::string>{"ignored: animations (1)"});
   // Tangents of 0: at the middle the mean.
   animate({9, 9, 0, 1, 0, 0, 0, 0, 4, 0, 9, 9}, "CUBICSPLINE");
@@ -199,6 +203,52 @@ TEST_CASE("glTF morph targets: animated weights have the value of the first time
   const auto wrong = tools::load_assembly(folder.write("a.glb", b.glb()), {0});
   REQUIRE_FALSE(wrong);
   CHECK_THAT(wrong.error().message, Contains("animation 0, channel 0: 3 weights, a multiple of 2 expected"));
+}
+
+TEST_CASE("glTF: a mesh deforms for the nodes that deform it, and stands still for others") {
+  Morphing b;
+  b.json["nodes"] = {{{"mesh", 0}}, {{"mesh", 0}, {"weights", {0, 0}}}, {{"mesh", 0}}};
+  b.json["scenes"][0]["nodes"] = {0, 1, 2};
+  b.animate(1, "weights", {0, 1}, {0, 0, 1, 0});
+  b.animate(2, "translation", {0, 1}, {0, 0, 0, 7, 0, 0});
+  const auto assembly = load_all(b, {0, 0.5f, 1});
+  REQUIRE((assembly.meshes.size() == 2 && assembly.uses.size() == 3));
+  CHECK((assembly.meshes[0].keys == 1 && assembly.meshes[1].keys == 3));
+  CHECK((assembly.uses[0].mesh == 0 && assembly.uses[1].mesh == 1 && assembly.uses[2].mesh == 0));
+  CHECK((assembly.uses[1].keys.empty() && assembly.uses[2].keys.size() == 3));
+}
+
+TEST_CASE("glTF skins: vertices follow their joints, and joints at rest deform nothing") {
+  Skinned b({0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 0.5f, 0.5f, 0, 0});
+  b.animate(1, "translation", {0, 1}, {0, 0, 2, 0, 8, 2});
+  const auto moving = load_all(b, {0, 0.25f, 1});
+  REQUIRE((moving.meshes.size() == 1 && moving.meshes[0].keys == 3 && moving.warnings.empty()));
+  check_near(moving.meshes[0].positions,
+             {{0, 0, 2}, {5, 0, 0}, {2, 1, 1}, {0, 2, 2}, {5, 0, 0}, {2, 2, 1}, {0, 8, 2}, {5, 0, 0}, {2, 5, 1}});
+  CHECK(load_all(b, {1, 2, 3}).meshes[0].keys == 1);
+  // A node that moves, but is no joint.
+  b.json.erase("animations");
+  b.animate(0, "translation", {0, 1}, {0, 0, 2, 0, 8, 2});
+  const auto rigid = load_all(b, {0, 1});
+  CHECK((rigid.meshes[0].keys == 1 && rigid.uses[0].keys.empty()));
+}
+
+TEST_CASE("glTF: triangles whose deformed vertices are not finite are left out, with a warning") {
+  Morphing b;
+  const int far = b.add_positions({0, 0, 0, 3e38f, 0, 0, 0, 0, 0});
+  auto& primitives = b.json["meshes"][0]["primitives"];
+  primitives[0]["targets"][1]["POSITION"] = far;
+  primitives.push_back({{"attributes", {{"POSITION", b.add_positions(kTriangle)}}}});
+  b.animate(0, "weights", {0, 1}, {0, 0, 1, 10});
+  const auto assembly = load_all(b, {0, 1});
+  const tools::Mesh& mesh = assembly.meshes.at(0);
+  REQUIRE((mesh.keys == 2 && mesh.triangles.size() == 2));
+  CHECK(mesh.triangles[0] == build::Triangle{0, 0, 0});
+  CHECK(mesh.triangles[1] == build::Triangle{3, 4, 5});
+  CHECK((mesh.positions[1] == build::Position{0, 0, 0} && mesh.positions[7] == build::Position{0, 0, 0}));
+  CHECK(assembly.warnings ==
+        std::vector<std::string>{"a.glb mesh 0 of node 0: deformed, 1 triangles have coordinates that are not finite; "
+                                 "they are left out"});
 }
 
 TEST_CASE("glTF morph targets: what is wrong is named") {

@@ -218,6 +218,45 @@ TEST_CASE("surfaces: binary scenes get the clay material") {
   CHECK(surfaces.materials.size() == 1);
 }
 
+TEST_CASE("surfaces: meshes that deform have their materials, and normals at each time of the BVH") {
+  const TempFolder folder;
+  GltfBuilder b;
+  b.json["materials"] = {{{"name", "skin"}}};
+  b.add_mesh(b.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0}));
+  json& primitive = b.json["meshes"][0]["primitives"][0];
+  primitive["material"] = 0;
+  primitive["attributes"]["NORMAL"] = b.add_positions({0, 0, 1, 0, 0, 1, 0, 0, 1});
+  primitive["attributes"]["TEXCOORD_0"] = b.add_accessor<float>({0, 0, 1, 0, 0, 1}, 5126, "VEC2", 3);
+  primitive["targets"] = {{{"POSITION", b.add_positions({0, 0, 1, 0, 0, 1, 0, 0, 1})},
+                           {"NORMAL", b.add_positions({1, 0, -1, 1, 0, -1, 1, 0, -1})}}};
+  b.json["nodes"] = {{{"mesh", 0}}, {{"mesh", 0}, {"weights", {0}}}};
+  b.json["scenes"] = {{{"nodes", {0, 1}}}};
+  b.animate(1, "weights", {0, 2}, {0, 1});
+  tools::BuildCommand command;
+  command.inputs = {folder.write("a.glb", b.glb()).string()};
+  command.instances = true;
+  command.shutter = "0,2";
+  command.motion_keys = 3;
+  const build::Buffer file = build_inputs(command);
+  const auto surfaces = value_of(tools::load_surfaces(command.inputs, view_of(file)));
+  REQUIRE((surfaces.objects.size() == 2 && surfaces.objects[0].size() == 1 && surfaces.objects[1].size() == 1));
+  CHECK(surfaces.objects[0][0].times.empty());
+  const tools::GeometrySurface& skin = surfaces.objects[1][0];
+  CHECK(skin.times == std::vector<float>{0, 1, 2});
+  CHECK((skin.triangles.size() == 1 && skin.materials.size() == 1 && !skin.shape_material));
+  CHECK(surfaces.materials.at(skin.materials[0]).name.ends_with("'skin'"));
+  CHECK(skin.coordinates.size() == 3);
+  REQUIRE(skin.normals.size() == 9);
+  CHECK(skin.normals[2] == std::array<float, 3>{0, 0, 1});
+  CHECK(skin.normals[3][0] == Approx(std::sqrt(0.5f)));
+  CHECK(skin.normals[3][2] == Approx(std::sqrt(0.5f)));
+  CHECK(skin.normals[8] == std::array<float, 3>{1, 0, 0});
+
+  const std::string other = folder.write("one.obj", triangle_obj()).string();
+  CHECK_THAT(misfit({other, other}, file),
+             Contains("one.obj: object 1, geometry 0 has 1 triangles, that of the BVH 1 moving triangles"));
+}
+
 TEST_CASE("surfaces: spheres and curves are geometries of clay behind the meshes") {
   const TempFolder folder;
   const std::string hair = folder.write("a.hair", HairFile{}.bytes()).string(),

@@ -54,9 +54,16 @@ build::Result<void> add_textures(const SceneSurfaces& surfaces, PathData& data) 
 }
 
 void add_geometry(const GeometrySurface& surface, PathData& data) {
-  data.geometries.push_back({data.triangles.size(), surface.coordinates.empty() ? kNoVertices : data.coordinates.size(),
-                             surface.normals.empty() ? kNoVertices : data.normals.size(),
-                             surface.shape_material.value_or(kInvalidId)});
+  PathGeometry geometry{data.triangles.size(), surface.coordinates.empty() ? kNoVertices : data.coordinates.size(),
+                        surface.normals.empty() ? kNoVertices : data.normals.size(),
+                        surface.shape_material.value_or(kInvalidId)};
+  if (!surface.times.empty()) {
+    geometry.times = static_cast<std::uint32_t>(surface.times.size());
+    geometry.first_time = data.times.size();
+    geometry.vertices = surface.normals.size() / surface.times.size();
+    data.times.insert(data.times.end(), surface.times.begin(), surface.times.end());
+  }
+  data.geometries.push_back(geometry);
   for (const build::Triangle& t : surface.triangles) data.triangles.push_back({{t[0], t[1], t[2]}});
   data.triangle_material.insert(data.triangle_material.end(), surface.materials.begin(), surface.materials.end());
   for (const auto& c : surface.coordinates) data.coordinates.push_back({c[0], c[1]});
@@ -109,7 +116,8 @@ class LightFinder {
     for (std::size_t g = 0; g < surfaces.objects[object].size(); ++g) {
       const std::uint32_t number = data_.first_geometry[object] + static_cast<std::uint32_t>(g);
       const PathGeometry& geometry = data_.geometries[number];
-      const std::size_t count = surfaces.objects[object][g].triangles.size();
+      // Paths find the light of triangles that move by chance.
+      const std::size_t count = geometry.times != 0 ? 0 : surfaces.objects[object][g].triangles.size();
       for (std::size_t i = 0; i < count; ++i) {
         const std::size_t triangle = static_cast<std::size_t>(geometry.first_triangle) + i;
         PathLight light{{}, number, static_cast<std::uint32_t>(i)};

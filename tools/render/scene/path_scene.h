@@ -48,8 +48,10 @@ struct PathGeometry {
   std::uint64_t first_triangle;     ///< In triangles, triangle_material and triangle_light.
   std::uint64_t first_coordinates;  ///< Of vertex 0; kNoVertices: it has none.
   std::uint64_t first_normal;       ///< The same.
-  std::uint32_t material;    ///< Of all primitives, which are no triangles; kInvalidId: triangles have their own.
-  std::uint32_t unused = 0;  ///< Fills the padding, so that equal scenes are equal bytes.
+  std::uint32_t material;        ///< Of all primitives, which are no triangles; kInvalidId: triangles have their own.
+  std::uint32_t times = 0;       ///< Of triangles that move, which have normals at each of these times; else 0.
+  std::uint64_t first_time = 0;  ///< In times.
+  std::uint64_t vertices = 0;    ///< Normals at each time.
 };
 
 /// A triangle of an object that emits, in the object's space.
@@ -76,6 +78,7 @@ template <template <class> class Array> struct PathArrays {
   Array<std::uint32_t> triangle_material;
   Array<TextureCoordinates> coordinates;
   Array<Vec3> normals;
+  Array<float> times;  ///< Of triangles that move; they grow.
   Array<PathMaterial> materials;
   Array<PathTexture> textures;
   Array<std::uint32_t> texels;
@@ -100,6 +103,7 @@ template <template <class> class Array> struct PathArrays {
     apply(a.triangle_material, b.triangle_material);
     apply(a.coordinates, b.coordinates);
     apply(a.normals, b.normals);
+    apply(a.times, b.times);
     apply(a.materials, b.materials);
     apply(a.textures, b.textures);
     apply(a.texels, b.texels);

@@ -6,6 +6,7 @@
 #include <tools/render/scene/path_scene.h>
 
 #include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/instances/motion.h>
 #include <hiprt_device/math/vec_functions.h>
 
 namespace hiprt::tools {
@@ -164,6 +165,23 @@ struct PathTriangle {
   }
 };
 
+/// The normal between those of a triangle's corners, in the object's space. Of a triangle that moves, corners have the
+/// normals between those of two times.
+/// @pre the geometry has normals
+HIPRT_HD inline Vec3 normal_between(const PathScene& scene, const PathTriangle& triangle, const Hit& hit, float time) {
+  const PathGeometry& geometry = *triangle.geometry;
+  const Vec3* normals = scene.arrays.normals.data + geometry.first_normal;
+  const auto at = [&](const Vec3* vertices) {
+    return triangle.between<Vec3>(scene, hit.u, hit.v, [&](std::uint32_t vertex) { return vertices[vertex]; });
+  };
+  if (geometry.times < 2) return at(normals);
+  const float* times = scene.arrays.times.data + geometry.first_time;
+  const std::uint32_t key = segment_at(geometry.times - 1, time, [&](std::uint32_t i) { return times[i]; });
+  const float s = part_of(times[key], times[key + 1], time);
+  normals += key * geometry.vertices;
+  return at(normals) * (1.0f - s) + at(normals + geometry.vertices) * s;
+}
+
 /// @param path of the hit. @param hit found.
 template <unsigned kLevels>
 HIPRT_HD inline PathSurface surface_at(const PathScene& scene, const Ray& ray, const Hit& hit,
@@ -179,10 +197,7 @@ HIPRT_HD inline PathSurface surface_at(const PathScene& scene, const Ray& ray, c
   result.triangle = triangle.triangle;
   result.coordinates = triangle.coordinates(scene, hit.u, hit.v);
   if (triangle.geometry != nullptr && triangle.geometry->first_normal != kNoVertices) {
-    const Vec3 between = triangle.between<Vec3>(scene, hit.u, hit.v, [&](std::uint32_t vertex) {
-      return scene.arrays.normals.data[triangle.geometry->first_normal + vertex];
-    });
-    const Vec3 smooth = unit_or_zero(transform.normal_to_scene(between));
+    const Vec3 smooth = unit_or_zero(transform.normal_to_scene(normal_between(scene, triangle, hit, ray.time)));
     const float side = glm::dot(smooth, result.geometric);
     if (side != 0.0f) result.normal = side < 0.0f ? -smooth : smooth;
     // A shading normal that faces away from the ray would be black: use the geometric normal.

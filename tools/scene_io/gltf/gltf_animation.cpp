@@ -179,15 +179,6 @@ std::optional<std::size_t> Animation::Channel::whole_turn() const {
   return std::nullopt;
 }
 
-bool Animation::morphs(const std::vector<float>& times) const {
-  return std::any_of(channels_.begin(), channels_.end(), [&](const Channel& channel) {
-    if (channel.path != Path::kWeight) return false;
-    return std::any_of(times.begin(), times.end(), [&](float time) {
-      return channel.at(static_cast<double>(time)) != channel.at(static_cast<double>(times.front()));
-    });
-  });
-}
-
 void Animation::warn_of_turns(const std::vector<float>& times, std::vector<std::string>& warnings) const {
   constexpr double kHalfTurn = std::numbers::pi + 1e-3;
   for (const Channel& channel : channels_) {

@@ -31,9 +31,6 @@ class Animation {
   /// and after the last key a node rests.
   void pose(double seconds, tinygltf::Model& model) const;
 
-  /// Do weights of morph targets change between the first time and the last?
-  bool morphs(const std::vector<float>& times) const;
-
   /// Names turns that motions between these times do not make, because rotations take the shorter arc from key to key.
   /// These are turns above 180 degrees between two times, and of 360 degrees between two keys of the file.
   void warn_of_turns(const std::vector<float>& times, std::vector<std::string>& warnings) const;

@@ -162,14 +162,15 @@ build::Result<std::vector<Transform>> joints_of(const tinygltf::Model& model, co
 
 }  // namespace
 
-bool has_own_shape(const tinygltf::Model& model, int node) {
-  const tinygltf::Node& own = model.nodes[static_cast<std::size_t>(node)];
-  if (own.skin >= 0 || !own.weights.empty()) return true;
-  return std::any_of(model.animations.begin(), model.animations.end(), [&](const tinygltf::Animation& animation) {
-    return std::any_of(animation.channels.begin(), animation.channels.end(), [&](const auto& channel) {
-      return channel.target_node == node && channel.target_path == "weights";
-    });
-  });
+std::vector<bool> own_shapes(const tinygltf::Model& model) {
+  std::vector<bool> result;
+  for (const tinygltf::Node& node : model.nodes) result.push_back(node.skin >= 0 || !node.weights.empty());
+  for (const tinygltf::Animation& animation : model.animations)
+    for (const tinygltf::AnimationChannel& channel : animation.channels)
+      if (channel.target_path == "weights" && channel.target_node >= 0 &&
+          static_cast<std::size_t>(channel.target_node) < result.size())
+        result[static_cast<std::size_t>(channel.target_node)] = true;
+  return result;
 }
 
 build::Result<GltfDeformation> deformation_of(const tinygltf::Model& model, const std::vector<Transform>& to_world,

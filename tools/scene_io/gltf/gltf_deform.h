@@ -21,8 +21,8 @@ struct GltfDeformation {
   std::vector<Transform> joints;  ///< Of the skin, from the mesh to the world; empty: no skin.
 };
 
-/// Whether a node may deform its mesh unlike other nodes: by a skin, or by weights of its own, also animated ones.
-bool has_own_shape(const tinygltf::Model& model, int node);
+/// Whether each node may deform its mesh unlike other nodes: by a skin, or by weights of its own, also animated ones.
+std::vector<bool> own_shapes(const tinygltf::Model& model);
 
 /// The deformation by a node, as the model's nodes are posed now.
 /// @param to_world of all nodes (world_transforms()).

@@ -1,6 +1,7 @@
 #pragma once
 /// Triangle meshes from files.
 
+#include <tools/scene_io/mesh/mesh_surface.h>
 #include <tools/scene_io/transform.h>
 
 #include <hiprt_build/error.h>
@@ -17,22 +18,18 @@ namespace hiprt::tools {
 
 struct MaterialLibrary;
 
-/// The attributes of a mesh's triangles and vertices besides positions.
-struct MeshSurface {
-  std::vector<std::uint32_t> materials;           ///< Per triangle: index in the library.
-  std::vector<std::array<float, 2>> coordinates;  ///< Of textures, per vertex; 0: none. Empty: no vertex has any.
-  std::vector<std::array<float, 3>> normals;      ///< Per vertex, unit; 0: none. Empty: no vertex has any.
-};
-
 /// The triangles of one file, in the file's order of faces.
 struct Mesh {
   std::string name;  ///< The file's name without its folder.
   std::vector<build::Position> positions;
-  std::vector<build::Triangle> triangles;  ///< Every index is below positions.size().
+  std::vector<build::Triangle> triangles;  ///< Every index is below positions.size() / keys.
   std::vector<std::string> files;          ///< Paths of other files that were read: buffers of glTF.
   std::uint64_t skipped_faces = 0;         ///< Faces with fewer than three corners; they make no triangle.
   std::optional<MeshSurface> surface{};    ///< If it was requested and the format has materials.
   std::vector<std::string> warnings{};     ///< What of the file was ignored or repaired, a line each.
+  /// Of a mesh that deforms: the number of requested times, 2 or more. Positions has all vertices at each time, one
+  /// time after the other, and all are finite. Else 1.
+  std::uint32_t keys = 1;
 };
 
 /// Reads a file as one mesh. The extension (in upper or lower case) tells the format; for unknown extensions the first
@@ -70,8 +67,8 @@ struct MeshAssembly {
 
 /// As load_mesh(), but keeps every mesh of a glTF file separate, in the order of the file. A mesh has one use per node,
 /// or as many as EXT_mesh_gpu_instancing says. Meshes without triangles or without nodes are left out. A node with a
-/// skin or with weights of morph targets gets a separate mesh in the shape of the first time. Files that assimp reads
-/// are separated likewise. Other files are one mesh that is used once.
+/// skin or with weights of morph targets gets a separate mesh. It deforms (Mesh::keys) if its positions at the times
+/// differ. Files that assimp reads are separated likewise. Other files are one mesh that is used once.
 /// @param times in seconds, at which animations are evaluated (all of the file at once, gltf_animation.h). Empty:
 /// animations are ignored.
 /// @param library as for load_mesh().

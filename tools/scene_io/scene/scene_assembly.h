@@ -8,8 +8,8 @@
 
 namespace hiprt::tools {
 
-/// Appends each mesh of a file as a separate object. Appends the instances of these objects to the scene's first group.
-/// The id of an instance is its number in that group.
+/// Appends each mesh of a file as a separate object; one that deforms as triangles that move. Appends the instances of
+/// these objects to the scene's first group. The id of an instance is its number in that group.
 /// @param times that the file was loaded with.
 /// @pre the scene has the group.
 void add_assembly(SceneDescription& scene, MeshAssembly assembly, const std::vector<float>& times);

@@ -94,10 +94,13 @@ build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene, 
     stack.pop_back();
     if (step.object < scene.objects.size()) {
       const SceneObject& object = scene.objects[step.object];
-      if (!object.shapes.empty())
+      if (!object.shapes.empty()) {
+        const bool moves = scene.shapes[object.shapes[0]].kind == ShapeKind::kMovingTriangles;
         return invalid_input(
             scene.path + ": " + object.name +
-            " has spheres or curves, which cannot be flattened: a transform may make them other shapes");
+            (moves ? " deforms, which a flat scene cannot"
+                   : " has spheres or curves, which cannot be flattened: a transform may make them other shapes"));
+      }
       for (const std::size_t mesh : object.meshes) result.push_back(transformed(scene, mesh, step));
       continue;
     }

@@ -8,6 +8,7 @@
 #include <tools/scene_io/scene/scene_bake.h>
 #include <tools/scene_io/scene/scene_file.h>
 #include <tools/scene_io/scene/scene_flatten.h>
+#include <tools/scene_io/scene/scene_motion.h>
 #include <tools/scene_io/shapes/shape_import.h>
 #include <tools/scene_io/surface/material_library.h>
 
@@ -45,7 +46,25 @@ std::uint32_t clay_of(Reading& reading) {
   return *reading.clay;
 }
 
+/// @pre kind kMovingTriangles
+GeometrySurface surface_of_triangles(const ShapeSet& shapes, Reading& reading) {
+  GeometrySurface result;
+  for (std::size_t i = 0; i < shapes.segments.size(); i += 3)
+    result.triangles.push_back({shapes.segments[i], shapes.segments[i + 1], shapes.segments[i + 2]});
+  for (std::size_t k = 0; k < shapes.keys; ++k)
+    result.times.push_back(shapes.points[k * (shapes.points.size() / shapes.keys)].radius);
+  if (shapes.surface) {
+    result.materials = shapes.surface->materials;
+    result.coordinates = shapes.surface->coordinates;
+    result.normals = shapes.surface->normals;
+  } else {
+    result.materials.assign(result.triangles.size(), clay_of(reading));
+  }
+  return result;
+}
+
 NamedSurface surface_of(const ShapeSet& shapes, Reading& reading) {
+  if (shapes.kind == ShapeKind::kMovingTriangles) return {shapes.name, surface_of_triangles(shapes, reading)};
   NamedSurface result{shapes.name, {}};
   result.surface.shapes = shapes.size();
   result.surface.shape_material = clay_of(reading);
@@ -89,7 +108,23 @@ class BuiltScene {
   /// @pre not has_instances()
   const BufferView& file() const { return *file_; }
 
+  /// The times of the first triangles that move; empty if none do. bvhbuild gives all of them the same times.
+  std::vector<float> times() const {
+    for (std::size_t i = 0; has_instances() && i < objects_; ++i)
+      if (const auto view = object(i))
+        for (const ShapeRecord& shape : view->shapes)
+          if (shape.kind == ShapeKind::kMovingTriangles) return times_of(*view, shape);
+    return {};
+  }
+
  private:
+  static std::vector<float> times_of(const BufferView& view, const ShapeRecord& shape) {
+    std::vector<float> result;
+    const auto* points = reinterpret_cast<const ShapePoint*>(view.bytes.data() + shape.points);
+    for (std::size_t k = 0; k < shape.keys; ++k) result.push_back(points[k * (shape.point_count / shape.keys)].radius);
+    return result;
+  }
+
   const BufferView* file_ = nullptr;
   std::span<const build::Buffer> files_{};
   std::size_t objects_ = 0, groups_ = 0;
@@ -180,6 +215,7 @@ class SurfaceReader {
     auto scene = read_scene(result);
     if (!scene) return tl::unexpected(scene.error());
     // As bvhbuild does.
+    repair_motions(*scene);
     if (auto baked = bake_singular(*scene); !baked) return tl::unexpected(baked.error());
     std::vector<GeometrySurface> surfaces;
     for (Mesh& mesh : scene->meshes) surfaces.push_back(surface_of(mesh, result));
@@ -213,6 +249,7 @@ class SurfaceReader {
   build::Result<SceneDescription> read_assemblies(Reading& reading) const {
     SceneDescription scene;
     scene.groups.push_back({"instances", {}});
+    const std::vector<float> times = bvh_.times();
     for (const std::string& input : inputs_) {
       if (is_shape_file(input)) {
         auto shapes = read_shapes(input);
@@ -221,11 +258,11 @@ class SurfaceReader {
         continue;
       }
       if (auto checked = check_files({input}); !checked) return tl::unexpected(checked.error());
-      auto assembly = load_assembly(input, {}, &reading.library);
+      auto assembly = load_assembly(input, times, &reading.library);
       if (!assembly) return tl::unexpected(assembly.error());
       add_warnings(reading, input, assembly->warnings);
       if (auto checked = check_files(assembly->files); !checked) return tl::unexpected(checked.error());
-      add_assembly(scene, std::move(*assembly), {});
+      add_assembly(scene, std::move(*assembly), times);
     }
     return scene;
   }
@@ -262,11 +299,16 @@ class SurfaceReader {
       const std::uint64_t primitives = geometries[i].surface.primitives();
       const bool shapes = geometries[i].surface.shape_material.has_value();
       const GeometryRecord& record = view.geometries[i];
+      const bool moves = !geometries[i].surface.times.empty();
       const bool custom = (record.flags & kGeometryCustom) != 0;
-      if (primitives != record.primitive_count || shapes != custom)
+      const bool custom_moves = custom && !view.shapes.empty() && view.shapes[i].kind == ShapeKind::kMovingTriangles;
+      const auto name = [](bool is_shape, bool is_moving) {
+        return is_moving ? " moving triangles" : is_shape ? " shapes" : " triangles";
+      };
+      if (primitives != record.primitive_count || shapes != (custom && !custom_moves) || moves != custom_moves)
         return invalid_input(geometries[i].name + ": " + location + "geometry " + std::to_string(i) + " has " +
-                             std::to_string(primitives) + (shapes ? " shapes" : " triangles") + ", that of the BVH " +
-                             std::to_string(record.primitive_count) + (custom ? " shapes" : " triangles"));
+                             std::to_string(primitives) + name(shapes, moves) + ", that of the BVH " +
+                             std::to_string(record.primitive_count) + name(custom, custom_moves));
     }
     return {};
   }

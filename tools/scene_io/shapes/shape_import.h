@@ -1,5 +1,7 @@
 #pragma once
-/// Spheres and curves from files.
+/// Spheres and curves from files, and triangles that move.
+
+#include <tools/scene_io/mesh/mesh_surface.h>
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/input.h>
@@ -7,22 +9,25 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace hiprt::tools {
 
-/// Spheres, or the segments of strands: one geometry.
+/// Spheres, the segments of strands, or triangles that move: one geometry.
 struct ShapeSet {
   std::string name{};  ///< The file's name without its folder, or the location in a description.
   std::string path{};  ///< Of the file; empty if a description has the shapes itself.
   ShapeKind kind = ShapeKind::kNone;
-  std::vector<ShapePoint> points{};       ///< Finite, radii at least 0.
-  std::vector<std::uint32_t> segments{};  ///< Of curves: first points, strand by strand.
+  std::vector<ShapePoint> points{};       ///< Finite, radii at least 0. Of triangles: with times as build::Shapes says.
+  std::vector<std::uint32_t> segments{};  ///< Of curves: first points, strand by strand. Of triangles: corners.
   std::uint64_t strands = 0;              ///< Of curves; a strand of one point has no segment.
+  std::uint32_t keys = 0;                 ///< Of triangles: their times.
+  std::optional<MeshSurface> surface{};   ///< Of triangles, if it was requested.
 
-  build::Shapes view() const { return {kind, points, segments}; }
+  build::Shapes view() const { return {kind, points, segments, keys}; }
   std::size_t size() const { return view().size(); }
 };
 

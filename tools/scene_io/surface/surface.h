@@ -41,12 +41,13 @@ struct Material {
   TextureUse base_color_texture, metallic_roughness_texture, emission_texture;
 };
 
-/// A geometry of a BVH, with the same numbers: triangles, or spheres or curve segments of one material.
+/// A geometry of a BVH, with the same numbers: triangles, which may move, or spheres or curve segments of one material.
 struct GeometrySurface {
   std::vector<build::Triangle> triangles;         ///< Vertex numbers of each triangle's corners.
   std::vector<std::uint32_t> materials;           ///< One per triangle.
   std::vector<std::array<float, 2>> coordinates;  ///< Of textures, per vertex; empty: none.
   std::vector<std::array<float, 3>> normals;      ///< Per vertex, unit; 0: none. Empty: none at all.
+  std::vector<float> times{};                     ///< Of triangles that move; normals has all vertices at each time.
   std::uint64_t shapes = 0;                       ///< Spheres or segments; there are no triangles then.
   std::optional<std::uint32_t> shape_material{};  ///< Theirs; of triangles: none.
 
