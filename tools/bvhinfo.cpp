@@ -1,6 +1,5 @@
 /// bvhinfo: describes a BVH file.
 
-#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/cli/build/build_names.h>
 #include <tools/cli/build/scene_figures.h>
@@ -304,10 +303,8 @@ build::Result<void> write_tree(const Cli& cli, const Options& options, const Buf
 }
 
 build::Result<void> run(const Cli& cli, const Options& options) {
-  if (options.upgrade) return run_upgrade(cli, options.path, options.upgraded);
-  std::optional<MemoryLimit> reading(std::in_place, options.max_memory);
-  const auto file = open_bvh(options.path);
-  reading.reset();
+  if (options.upgrade) return run_upgrade(cli, options.path, options.upgraded, options.max_memory);
+  const auto file = open_bvh(options.path, options.max_memory);
   if (!file) return tl::unexpected(file.error());
   if (!options.exported.empty()) return write_tree(cli, options, file->view);
   const auto valid = validate_on(0, file->view.bytes);

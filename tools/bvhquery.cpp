@@ -204,7 +204,7 @@ build::Result<void> run(const Cli& cli, const QueryCommand& command) {
   const InterruptGuard guard;
   const ThreadLimit limit(command.threads);
   if (auto checked = check_outputs(command); !checked) return checked;
-  const auto file = load_bvh(command.path, command.threads);
+  const auto file = load_bvh(command.path, command.max_memory, command.threads);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_primitive_counts(command.path, file->view); !checked) return checked;
   if (needs_triangles(command.kind()))

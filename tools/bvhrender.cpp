@@ -181,8 +181,9 @@ class FirstRank {
 
   build::Result<void> prepare_scene() {
     // The ranks of a host share the pages of a mapped file.
-    auto file = alone() || command_.ranks.broadcast ? load_bvh(command_.path, command_.render.threads)
-                                                    : map_bvh(command_.path, command_.render.threads);
+    auto file = alone() || command_.ranks.broadcast
+                    ? load_bvh(command_.path, command_.max_memory, command_.render.threads)
+                    : map_bvh(command_.path, command_.render.threads);
     if (!file) return tl::unexpected(std::move(file.error()));
     stage_.file = std::move(*file);
     if (command_.render.mode != RenderMode::kBoxes)

@@ -186,7 +186,7 @@ build::Result<void> run_at_once(const Cli& cli, const TraceCommand& command) {
   const ThreadLimit limit(command.threads);
   if (!command.explained)
     if (auto checked = check_outputs(command); !checked) return checked;
-  const auto file = load_bvh(command.path, command.threads);
+  const auto file = load_bvh(command.path, command.max_memory, command.threads);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_scene(command, file->view); !checked) return checked;
   std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
@@ -270,14 +270,14 @@ class BlockRun {
   }
 
   build::Result<BvhFile> lead(GpuChoice& gpus) {
-    if (ranks_.size() == 1) return checked(load_bvh(command_.path, command_.threads));
+    if (ranks_.size() == 1) return checked(load_bvh(command_.path, command_.max_memory, command_.threads));
     RankWatch watch(ranks_, command_.ranks.lossy, [&](const std::string& message) { cli_.warn(message); });
     LeadStart start(watch);
     const auto share = start.gather(own_means(ranks_, command_.device != "cpu"));
     if (!share) return tl::unexpected(share.error());
     gpus = take_share(*share, command_.threads);
     // The ranks of a host share the pages of a mapped file.
-    auto file = checked(command_.ranks.broadcast ? load_bvh(command_.path, command_.threads)
+    auto file = checked(command_.ranks.broadcast ? load_bvh(command_.path, command_.max_memory, command_.threads)
                                                  : map_bvh(command_.path, command_.threads));
     if (file) start.begin(std::as_const(file->buffer).bytes(), {}, command_.ranks.broadcast);
     return file;

@@ -112,8 +112,8 @@ Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const Build
         return tl::unexpected(invalid(describe(input, g, primitive) + reason(fault, geometries[g].is_custom())));
   return tl::unexpected(invalid(describe(input, g, info.primitive[0]) + "its edge with triangle " +
                                 std::to_string(info.primitive[1]) +
-                                ", with which it shares a leaf, has come apart: that needs a new build (without "
-                                "pairs every motion can be refitted)"));
+                                ", with which it shares a leaf, has come apart, or its corners are others than at the "
+                                "build: that needs a new build (without pairs every motion can be refitted)"));
 }
 
 /// Finds the first primitive that is in no leaf, and now would be.

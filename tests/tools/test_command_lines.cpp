@@ -3,9 +3,12 @@
 #include "limited_child.h"
 #include "programs.h"
 
+#include <tools/scene_io/rays_file.h>
+
 #include <tests/catch.h>
 #include <nlohmann/json.hpp>
 
+using namespace hiprt;
 using namespace hiprt::test;
 using Catch::Contains;
 
@@ -119,4 +122,24 @@ TEST_CASE("--max-memory: a file that needs more is an error with the option's na
   CHECK(run({kBvhBuild, path, "-o", out, "--max-memory", "much"}).status == 2);
   for (const std::string& tool : {kBvhInfo, kBvhTrace})
     CHECK_THAT(run({tool, "--help"}).out, Catch::Contains("--max-memory SIZE"));
+
+  // BVH files are inputs, too.
+  const std::string message = "a.bvh: not enough memory to read it; the limit is 1048576 bytes, --max-memory sets it";
+  const std::string rays = folder / "r.rays";
+  REQUIRE(tools::write_rays(rays, false, std::vector<Ray>(1)).has_value());
+  REQUIRE(std::filesystem::file_size(out) > (4u << 20));
+  for (const std::vector<std::string>& command : {std::vector<std::string>{kBvhInfo, out},
+                                                  {kBvhInfo, "--upgrade", out, folder / "b.bvh"},
+                                                  {kBvhTrace, out, "--rays", rays, "--hits", folder / "h"},
+                                                  {HIPRT_BVHQUERY, out, "--points", rays, "-o", folder / "q"},
+                                                  {kBvhBuild, out, "--refit", path, "-o", folder / "b.bvh"},
+                                                  {HIPRT_BVHRENDER, out, "-o", folder / "a.png"}}) {
+    std::vector<std::string> limited = command;
+    limited.insert(limited.end(), {"--max-memory", "1M"});
+    const CommandResult result = run(limited);
+    CAPTURE(command, result.err);
+    CHECK(result.status == 1);
+    CHECK_THAT(result.err, Catch::Contains(message));
+  }
+  CHECK(folder.names() == std::vector<std::string>{"a.bvh", "a.obj", "r.rays"});
 }

@@ -98,6 +98,46 @@ TEST_CASE("hits of refitted files are those of brute force and of fresh builds, 
   CHECK(found > 100);
 }
 
+TEST_CASE("a refit with other indices is refused and changes nothing, or has the hits of brute force", "[refit]") {
+  INFO("seed " << kSeed);
+  Random random(kSeed);
+  const Mesh mesh = icosphere(3);
+  const auto shuffled = [&](auto& values) {
+    for (std::size_t i = values.size(); i-- > 1;)
+      std::swap(values[i], values[random.below(static_cast<std::uint32_t>(i + 1))]);
+  };
+  Mesh turned = mesh, reordered = mesh, rewired = mesh, renumbered = mesh;
+  for (auto& t : turned.triangles) t = {t[1], t[2], t[0]};
+  shuffled(reordered.triangles);
+  for (auto& t : rewired.triangles)
+    for (auto& corner : t) corner = random.below(static_cast<std::uint32_t>(mesh.positions.size()));
+  shuffled(renumbered.positions);
+  unsigned refused = 0, found = 0;
+  for (const bool pairs : {true, false})
+    for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized})
+      for (const Mesh& other : {turned, reordered, rewired, renumbered}) {
+        CAPTURE(pairs, static_cast<std::uint32_t>(layout));
+        Scene scene = make_scene({mesh}, {.nodes = layout, .pair_triangles = pairs});
+        const std::vector<std::byte> before(scene.view.bytes.begin(), scene.view.bytes.end());
+        const std::vector<Mesh> now{other};
+        if (!build::refit(scene.bvh.buffer.bytes(), {oracle::views(now), {}})) {
+          REQUIRE(pairs);
+          REQUIRE(std::equal(before.begin(), before.end(), scene.view.bytes.begin()));
+          ++refused;
+          continue;
+        }
+        const BufferView view = *open_buffer(std::as_const(scene.bvh.buffer).bytes());
+        REQUIRE(validate(view.bytes));
+        for (unsigned i = 0; i < 40; ++i) {
+          const Ray ray = random_ray(extent(other), random);
+          const std::vector<Hit> hits = every_hit(now, ray);
+          found += hits.empty() ? 0 : 1;
+          REQUIRE(same_hit(traced(view, ray), hits.empty() ? Hit{} : hits[0]));
+        }
+      }
+  CHECK((refused >= 8 && found > 300));
+}
+
 TEST_CASE("refitted files do not depend on the number of threads", "[refit]") {
   // More threads than the machine may have, so that they are interrupted at any point.
   const build::Threads::Limit workers(8);

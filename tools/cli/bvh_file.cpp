@@ -1,5 +1,6 @@
 #include <tools/cli/bvh_file.h>
 
+#include <tools/base/memory_limit.h>
 #include <tools/base/parallel.h>
 #include <tools/base/read_input.h>
 #include <tools/render/scene/trace_limits.h>
@@ -54,7 +55,8 @@ build::Result<BvhFile> open_bytes(const std::filesystem::path& path, build::Resu
   return BvhFile{std::move(*buffer), *view};
 }
 
-build::Result<BvhFile> open_bvh(const std::filesystem::path& path, unsigned threads) {
+build::Result<BvhFile> open_bvh(const std::filesystem::path& path, std::uint64_t max_memory, unsigned threads) {
+  const MemoryLimit reading(max_memory);
   return open_bytes(path, read_input(path, threads));
 }
 
@@ -64,8 +66,8 @@ tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::sp
   });
 }
 
-build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned threads) {
-  return validated(path, threads, open_bvh(path, threads));
+build::Result<BvhFile> load_bvh(const std::filesystem::path& path, std::uint64_t max_memory, unsigned threads) {
+  return validated(path, threads, open_bvh(path, max_memory, threads));
 }
 
 build::Result<BvhFile> map_bvh(const std::filesystem::path& path, unsigned threads) {

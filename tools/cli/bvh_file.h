@@ -7,6 +7,7 @@
 #include <hiprt_build/format/view.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -23,15 +24,16 @@ struct BvhFile {
 build::Result<BvhFile> open_bytes(const std::filesystem::path& path, build::Result<build::Buffer> buffer);
 
 /// Checks header and section table only. The content is not checked: it must not be traversed.
+/// @param max_memory bytes that the file may take (MemoryLimit). @pre no other limit lives
 /// @param threads that read it; 0: as many as the machine has.
-/// @return kIo, or kInvalidInput with the path and the FormatIssue's text.
-build::Result<BvhFile> open_bvh(const std::filesystem::path& path, unsigned threads = 0);
+/// @return kIo, kOutOfMemory, or kInvalidInput with the path and the FormatIssue's text.
+build::Result<BvhFile> open_bvh(const std::filesystem::path& path, std::uint64_t max_memory, unsigned threads = 0);
 
 /// hiprt::validate(). @param threads 0: as many as the machine has.
 tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::span<const std::byte> bytes);
 
-/// Checks the whole file, so that it may be traversed. @param threads 0: as many as the machine has.
-build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned threads = 0);
+/// As open_bvh(), and checks the whole file, so that it may be traversed.
+build::Result<BvhFile> load_bvh(const std::filesystem::path& path, std::uint64_t max_memory, unsigned threads = 0);
 
 /// The same for a mapped file, whose pages other processes of the machine share. It must not change.
 build::Result<BvhFile> map_bvh(const std::filesystem::path& path, unsigned threads = 0);

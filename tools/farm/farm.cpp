@@ -43,6 +43,7 @@ build::Result<Loaded> load(const Asset& asset, std::uint64_t max_memory, AssetRe
   for (const std::string& file : asset.shapes) {
     auto shapes = load_shapes(file);
     if (!shapes) return tl::unexpected(shapes.error());
+    for (const std::string& warning : shapes->warnings) result.warnings.push_back(file + ": " + warning);
     loaded.shapes.push_back(std::move(*shapes));
   }
   return loaded;

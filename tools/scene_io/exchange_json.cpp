@@ -3,6 +3,7 @@
 #include <tools/base/memory_limit.h>
 #include <tools/base/read_input.h>
 #include <tools/base/text.h>
+#include <tools/scene_io/json_location.h>
 
 #include <hiprt_build/file.h>
 
@@ -120,10 +121,7 @@ class Reader {
   }
 
   bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& exception) {
-    const std::string_view text = exception.what();
-    const std::size_t begin = text.find("] ");
-    constexpr std::size_t kMost = 200;
-    error_ = shortened(begin == std::string_view::npos ? text : text.substr(begin + 2), kMost);
+    error_ = parser_text(exception.what());
     return false;
   }
 

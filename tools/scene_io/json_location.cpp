@@ -39,13 +39,6 @@ bool plain(std::string_view key) {
   });
 }
 
-/// The parser's own text, without its number.
-std::string parser_text(std::string_view text) {
-  constexpr std::size_t kMost = 200;
-  const std::size_t begin = text.find("] ");
-  return shortened(begin == std::string_view::npos ? text : text.substr(begin + 2), kMost);
-}
-
 /// Asked at every event of the parser, which itself takes the last of equal keys and any depth.
 class Guard {
  public:
@@ -71,6 +64,14 @@ class Guard {
 };
 
 }  // namespace
+
+std::string parser_text(std::string_view text) {
+  constexpr std::size_t kMost = 200;
+  const std::size_t begin = text.find("] ");
+  std::string result = shortened(begin == std::string_view::npos ? text : text.substr(begin + 2), kMost);
+  if (text.find("unexpected end of input") != std::string_view::npos) result.insert(0, "truncated: ");
+  return result;
+}
 
 std::string JsonLocation::text() const {
   if (outer_ == nullptr) return "the document";

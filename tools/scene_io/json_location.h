@@ -34,6 +34,10 @@ struct JsonFault {
 
 [[noreturn]] void json_fault(const JsonLocation& location, const std::string& what);
 
+/// Text of an exception of nlohmann's parser for messages: without its number, at most 200 characters. It says
+/// "truncated" of a text that ends too early.
+std::string parser_text(std::string_view text);
+
 /// The document of a text. Throws JsonFault: it is no JSON, a key is there twice, or values nest deeper than
 /// @p most_levels.
 nlohmann::json parse_json(std::string_view text, std::size_t most_levels);

@@ -161,6 +161,19 @@ TEST_CASE("OBJ and PLY: materials and colours are named if they are asked for") 
   const std::string path = folder.write("a.ply", text);
   check_square(load(path));
   CHECK(tools::load_mesh(path, &library)->warnings == std::vector<std::string>{"ignored: colours of vertices (4)"});
+  const std::string shaded =
+      folder.write("b.obj", "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0 .5 0 0\nv 0 1 0\nvn 0 0 1\nf 1 2 3 4\n");
+  CHECK(load(shaded).warnings.empty());
+  CHECK(tools::load_mesh(shaded, &library)->warnings ==
+        std::vector<std::string>{"ignored: colours of vertices (3), normals (1)"});
+  for (const auto& [property, kind] : {std::pair{"nx", "normals of vertices"},
+                                       {"diffuse_red", "colours of vertices"},
+                                       {"texture_u", "texture coordinates of vertices"}}) {
+    std::string named = text;
+    named.replace(named.find("uchar red"), 9, std::string("uchar ") + property);
+    CHECK(tools::load_mesh(folder.write("c.ply", named), &library)->warnings ==
+          std::vector<std::string>{std::string("ignored: ") + kind + " (4)"});
+  }
 }
 
 TEST_CASE("Texts: numbers of Microsoft's library in PLY, STL and spheres") {

@@ -366,7 +366,15 @@ TEST_CASE("glTF: only version 2 is read") {
     CHECK_THAT(refusal(folder.write("a.gltf", b.embedded())), Contains("version") && Contains("2."));
   }
   b.json["asset"]["version"] = "2.1";
+  b.json["asset"]["minVersion"] = "2.0";
   CHECK(load(folder.write("a.gltf", b.embedded())).triangles.size() == 1);
+  b.json["asset"]["minVersion"] = "2.1";
+  CHECK_THAT(refusal(folder.write("a.gltf", b.embedded())),
+             Contains("the asset needs readers of version \"2.1\" (minVersion), and this one knows \"2.0\""));
+  b.json["asset"].erase("minVersion");
+  const std::string text = b.embedded();
+  CHECK_THAT(refusal(folder.write("a.gltf", text.substr(0, text.size() / 2))),
+             Contains("its JSON cannot be read: truncated: parse error at line 1"));
   std::string glb = b.glb();
   for (const char version : {'\0', '\1', '\3'}) {
     glb[4] = version;

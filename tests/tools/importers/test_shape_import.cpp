@@ -65,6 +65,11 @@ TEST_CASE("hair files: defaults in place of arrays, and arrays that are skipped"
   colored.arrays |= 8 | 16;
   colored.more.assign(5 * 16, '\x7f');
   CHECK(read("a.hair", colored.bytes()).points[3].radius == 0.5f);
+  CHECK(defaults.warnings.empty());
+  CHECK(read("a.hair", colored.bytes()).warnings ==
+        std::vector<std::string>{"ignored: transparencies of points (5), colours of points (5)"});
+  CHECK(read("a.hair", HairFile{}.bytes() + "more").warnings ==
+        std::vector<std::string>{"ignored: bytes behind the last array (4)"});
   colored.more.pop_back();
   CHECK(hair_fault(colored) == "truncated: 291 bytes, its 2 strands and 5 points take 292");
 }

@@ -59,7 +59,7 @@ build::Result<void> run_refit(const Cli& cli, const RefitCommand& command) {
   std::vector<std::string> inputs = command.moved;
   inputs.push_back(command.file);
   if (auto checked = check_output(command.output, inputs); !checked) return checked;
-  const auto file = load_bvh(command.file, command.threads);
+  const auto file = load_bvh(command.file, command.max_memory, command.threads);
   if (!file) return tl::unexpected(file.error());
   if (file->view.has_instances())
     return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,

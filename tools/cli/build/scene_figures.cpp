@@ -98,6 +98,12 @@ SceneFigures measure_scene(const BufferView& scene) {
     const std::uint64_t triangles = count_triangles(object), customs = count_customs(object);
     figures.triangles += triangles;
     figures.customs += customs;
+    for (std::size_t i = 0; i < object.shapes.size(); ++i) {
+      const std::uint64_t count = object.geometries[i].primitive_count;
+      if (object.shapes[i].kind == ShapeKind::kSpheres) figures.spheres += count;
+      if (object.shapes[i].kind == ShapeKind::kCurves) figures.curve_segments += count;
+      if (object.shapes[i].kind == ShapeKind::kMovingTriangles) figures.moving_triangles += count;
+    }
     contents.push_back({1, triangles, customs});
   }
   add_group(scene);
@@ -122,6 +128,10 @@ void add_scene(Table& table, const SceneFigures& figures) {
                                       std::to_string(figures.motion_segments) + " segments between their keys");
   table.row("triangles", both(figures.all_triangles, figures.triangles));
   if (figures.customs != 0) table.row("custom primitives", both(figures.all_customs, figures.customs));
+  for (const auto& [count, name] : {std::pair{figures.spheres, "spheres"},
+                                    {figures.curve_segments, "segments of curves"},
+                                    {figures.moving_triangles, "moving triangles"}})
+    if (count != 0) table.row(name, std::to_string(count) + " in objects, of the custom primitives");
   table.row("levels", std::to_string(figures.levels.size()));
   for (std::size_t i = 0; i < figures.levels.size(); ++i) {
     const SceneLevel& level = figures.levels[i];
@@ -150,6 +160,10 @@ nlohmann::json scene_json(const SceneFigures& figures) {
             {"of_objects", json_of(figures.all_instances)}}},
           {"triangles", {{"unique", figures.triangles}, {"instantiated", json_of(figures.all_triangles)}}},
           {"customs", {{"unique", figures.customs}, {"instantiated", json_of(figures.all_customs)}}},
+          {"shapes",
+           {{"spheres", figures.spheres},
+            {"curve_segments", figures.curve_segments},
+            {"moving_triangles", figures.moving_triangles}}},
           {"levels", std::move(levels)},
           {"bytes",
            {{"top", figures.top_bytes},

@@ -32,6 +32,8 @@ struct SceneFigures {
   std::uint64_t moving_instances = 0;        ///< Of those in the file.
   std::uint64_t motion_segments = 0;         ///< Of all motions; one less than keys each.
   std::uint64_t triangles = 0, customs = 0;  ///< Of all objects, each once.
+  /// Of the custom primitives of all objects, each once.
+  std::uint64_t spheres = 0, curve_segments = 0, moving_triangles = 0;
   Count all_instances = 0;                   ///< Paths from the scene to an object that is not a group.
   Count all_triangles = 0, all_customs = 0;  ///< As often as the scene has them.
   std::uint64_t top_bytes = 0;               ///< The scene's own tree, instances and tables.

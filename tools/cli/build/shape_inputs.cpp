@@ -17,6 +17,7 @@ build::Result<std::vector<ShapeSet>> read_shapes(const Cli& cli, std::span<const
     if (!shapes) return tl::unexpected(shapes.error());
     bar.clear();
     if (auto checked = check_output(output, {&input, 1}); !checked) return tl::unexpected(checked.error());
+    for (const std::string& warning : shapes->warnings) cli.warn(input + ": " + warning);
     if (shapes->size() == 0) cli.warn(input + ": no spheres and no segments of curves in it");
     result.push_back(std::move(*shapes));
   }

@@ -63,9 +63,10 @@ void report(const Cli& cli, const std::string& input, const std::string& output,
 
 }  // namespace
 
-build::Result<void> run_upgrade(const Cli& cli, const std::string& input, const std::string& output) {
+build::Result<void> run_upgrade(const Cli& cli, const std::string& input, const std::string& output,
+                                std::uint64_t max_memory) {
   if (auto checked = check_output(output, {&input, 1}); !checked) return checked;
-  const auto file = load_bvh(input);
+  const auto file = load_bvh(input, max_memory);
   if (!file) return tl::unexpected(file.error());
   const std::vector<FileRange> files = files_of(file->view);
   const auto [oldest, newest] = std::minmax_element(

@@ -3,6 +3,7 @@
 
 #include <hiprt_build/error.h>
 
+#include <cstdint>
 #include <string>
 
 namespace hiprt::tools {
@@ -13,6 +14,8 @@ class Cli;
 /// the checksums stay. A file that has the newest version already is copied, and the tool says so.
 /// @return the errors of load_bvh(), check_output() and build::write_file(). kInvalidInput if the file, or an object in
 /// it, has a newer version than this program. kOutOfMemory.
-build::Result<void> run_upgrade(const Cli& cli, const std::string& input, const std::string& output);
+/// @param max_memory bytes that reading the input may take.
+build::Result<void> run_upgrade(const Cli& cli, const std::string& input, const std::string& output,
+                                std::uint64_t max_memory);
 
 }  // namespace hiprt::tools

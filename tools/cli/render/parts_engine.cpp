@@ -42,7 +42,7 @@ build::Result<PartFiles> load_part(const PartManifest& manifest, const ScenePart
                                    std::uint64_t max_memory) {
   PartFiles files;
   const std::string bvh_path = manifest.path_of(part.bvh), data_path = manifest.path_of(part.data);
-  auto bvh = load_bvh(bvh_path, threads);
+  auto bvh = load_bvh(bvh_path, max_memory, threads);
   if (!bvh) return tl::unexpected(std::move(bvh.error()));
   files.bvh = std::move(*bvh);
   if (auto checked = check_sum(bvh_path, part.bvh, std::as_const(files.bvh.buffer).bytes()); !checked)

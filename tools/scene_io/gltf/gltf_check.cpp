@@ -3,6 +3,7 @@
 #include <tools/base/errors.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/gltf/gltf_extensions.h>
+#include <tools/scene_io/json_location.h>
 
 #include <nlohmann/json.hpp>
 
@@ -193,7 +194,13 @@ class Checker {
     const std::string text = version.is_string() ? version.get<std::string>() : std::string();
     if (!text.starts_with("2.") || text.size() < 3 ||
         !std::all_of(text.begin() + 2, text.end(), [](char c) { return c >= '0' && c <= '9'; }))
-      fail("the asset's version is " + quoted(version) + ", only \"2.0\" and other 2.x are known");
+      fail("the asset's version is " + version.dump(-1, ' ', false, Json::error_handler_t::replace) +
+           ", only \"2.0\" and other 2.x are known: convert the file to glTF 2.0");
+    // A reader that knows less than this must not load the asset (glTF 2.0, 3.2).
+    const auto least = asset->find("minVersion");
+    if (least != asset->end() && *least != "2.0")
+      fail("the asset needs readers of version " + least->dump(-1, ' ', false, Json::error_handler_t::replace) +
+           " (minVersion), and this one knows \"2.0\"");
   }
 
   void check_accessor(const Json& accessor) {
@@ -256,7 +263,7 @@ build::Result<Json> check_gltf(std::span<const std::byte> file) {
     if (auto done = Checker{}.check(document); !done) return tl::unexpected(done.error());
     return document;
   } catch (const Json::exception& error) {
-    return invalid_input(std::string("its JSON cannot be read: ") + error.what());
+    return invalid_input("its JSON cannot be read: " + parser_text(error.what()));
   }
 }
 

@@ -185,11 +185,11 @@ build::Result<Mesh> read_assimp(std::span<const std::byte> bytes, const std::str
 
 build::Error no_reader(const std::string& extension) {
   const auto* known = std::find_if(kKnown.begin(), kKnown.end(), [&](const auto& k) { return k.first == extension; });
-  std::string message = known == kKnown.end() ? "unknown mesh format" : assimp() + " does not read such files";
-  return {build::ErrorCode::kInvalidInput, message +
-                                               "; known are .obj, .ply, .stl, .gltf, .glb, .mesh, .mesh.zst, "
-                                               "and what " +
-                                               assimp() + " reads"};
+  if (known != kKnown.end())
+    return {build::ErrorCode::kInvalidInput,
+            std::string(known->second) + " is not among the formats of " + assimp() + ": convert the file to glTF"};
+  return {build::ErrorCode::kInvalidInput,
+          "unknown mesh format; known are .obj, .ply, .stl, .gltf, .glb, .mesh, .mesh.zst, and those of " + assimp()};
 }
 #else
 std::string assimp_version() { return "not compiled in (HIPRT_ASSIMP)"; }

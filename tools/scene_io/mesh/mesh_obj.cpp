@@ -92,6 +92,8 @@ class ObjReader {
       ignored_.add(shape->second);
     else if (surfaces_ && keyword == "usemtl")
       ignored_.add("uses of materials");
+    else if (surfaces_ && keyword == "vn")
+      ignored_.add("normals");
     else if (std::find(kSilent.begin(), kSilent.end(), keyword) == kSilent.end())
       ignored_.add("lines with unknown keywords");
   }
@@ -107,8 +109,9 @@ class ObjReader {
     }
     // A fourth number alone is the weight of rational curves. More numbers are a colour.
     const std::string_view weight = next_word(line);
-    if (!weight.empty() && next_word(line).empty() && parse_real<float>(weight) != 1.0f)
-      ignored_.add("weights (w) of vertices");
+    const bool has_color = !weight.empty() && !next_word(line).empty();
+    if (!weight.empty() && !has_color && parse_real<float>(weight) != 1.0f) ignored_.add("weights (w) of vertices");
+    if (has_color && surfaces_) ignored_.add("colours of vertices");
     if (mesh_.positions.size() == std::numeric_limits<std::uint32_t>::max())
       return fail("more than " + std::to_string(mesh_.positions.size()) + " vertices");
     mesh_.positions.push_back(position);

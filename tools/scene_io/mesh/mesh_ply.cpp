@@ -185,6 +185,22 @@ template <class Source> class PlyReader {
     return {};
   }
 
+  /// What a surface could have of the element: each kind once, by the usual names of a first component.
+  void count_attributes(const PlyElement& element, const std::string& of) {
+    constexpr std::array<std::pair<std::string_view, const char*>, 9> kNames{{{"red", "colours"},
+                                                                              {"r", "colours"},
+                                                                              {"diffuse_red", "colours"},
+                                                                              {"nx", "normals"},
+                                                                              {"u", "texture coordinates"},
+                                                                              {"s", "texture coordinates"},
+                                                                              {"texture_u", "texture coordinates"},
+                                                                              {"texcoord", "texture coordinates"},
+                                                                              {"material_index", "materials"}}};
+    for (const PlyProperty& property : element.properties)
+      for (const auto& [name, kind] : kNames)
+        if (property.name == name) ignored_.add(std::string(kind) + " of " + of, element.count);
+  }
+
   build::Result<void> read_vertices(const PlyElement& element) {
     std::vector<std::size_t> axis(element.properties.size(), 3);
     unsigned found = 0;
@@ -194,9 +210,7 @@ template <class Source> class PlyReader {
           axis[p] = a;
           found |= 1u << a;
         }
-    const auto is_color = [](const PlyProperty& property) { return property.name == "red"; };
-    if (surfaces_ && std::any_of(element.properties.begin(), element.properties.end(), is_color))
-      ignored_.add("colours of vertices", element.count);
+    if (surfaces_) count_attributes(element, "vertices");
     if (found != 7) return invalid_input("element 'vertex' lacks one of the properties x, y and z");
     if (element.count > std::numeric_limits<std::uint32_t>::max())
       return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, "more than 4294967295 vertices"});
@@ -256,6 +270,7 @@ template <class Source> class PlyReader {
   build::Result<void> read_faces(const PlyElement& element) {
     const auto corners = corners_of(element);
     if (!corners) return tl::unexpected(corners.error());
+    if (surfaces_) count_attributes(element, "faces");
     faces_.sizes.reserve(element.count);
     faces_.corners.reserve(3 * element.count);
     for (std::uint64_t i = 0; i < element.count; ++i) {

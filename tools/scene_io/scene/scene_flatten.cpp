@@ -98,7 +98,7 @@ build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene, 
         const bool moves = scene.shapes[object.shapes[0]].kind == ShapeKind::kMovingTriangles;
         return invalid_input(
             scene.path + ": " + object.name +
-            (moves ? " deforms, which a flat scene cannot"
+            (moves ? " deforms, which a flat scene cannot: leave out --flatten, or close the shutter (--shutter 1,1)"
                    : " has spheres or curves, which cannot be flattened: a transform may make them other shapes"));
       }
       for (const std::size_t mesh : object.meshes) result.push_back(transformed(scene, mesh, step));

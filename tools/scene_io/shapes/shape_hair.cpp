@@ -1,5 +1,6 @@
 /// The .hair format: see load_shapes().
 
+#include <tools/scene_io/ignored.h>
 #include <tools/scene_io/shapes/shape_formats.h>
 
 #include <hiprt_build/shapes.h>
@@ -111,6 +112,11 @@ build::Result<ShapeSet> read_hair(std::span<const std::byte> bytes) {
   }
   if (auto checked = check_points(shapes.points, *strands); !checked) return tl::unexpected(checked.error());
   shapes.segments = build::strand_segments(*strands);
+  Ignored ignored;
+  if ((header->arrays & kTransparency) != 0) ignored.add("transparencies of points", header->points);
+  if ((header->arrays & kColor) != 0) ignored.add("colours of points", header->points);
+  ignored.add("bytes behind the last array", bytes.size() - size_of(*header));
+  ignored.warn(shapes.warnings);
   return shapes;
 }
 

@@ -26,6 +26,7 @@ struct ShapeSet {
   std::uint64_t strands = 0;              ///< Of curves; a strand of one point has no segment.
   std::uint32_t keys = 0;                 ///< Of triangles: their times.
   std::optional<MeshSurface> surface{};   ///< Of triangles, if it was requested.
+  std::vector<std::string> warnings{};    ///< What of the file was ignored, a line each.
 
   build::Shapes view() const { return {kind, points, segments, keys}; }
   std::size_t size() const { return view().size(); }
@@ -36,7 +37,7 @@ bool is_shape_file(const std::string& path);
 
 /// Reads a whole file. The extension tells the format:
 /// - .hair (Cem Yuksel, http://www.cemyuksel.com/research/hairmodels/): little-endian, see below. Thickness is the
-///   diameter: a radius is half of it. Transparency and colour are not read.
+///   diameter: a radius is half of it. Transparency and colour are not read; a warning counts them.
 /// - .xyzr: text, a sphere per line: x y z radius. Empty lines, and text after a #, are ignored.
 ///
 /// A .hair file has a header of 128 bytes, then the arrays whose bits are set in the header:
