@@ -18,6 +18,7 @@
 #include <tools/scene_io/surface/material_library.h>
 #include <tools/scene_io/surface/picture.h>
 
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -53,8 +54,13 @@ template <class Value> bool accepted(const build::Result<Value>& result) {
 }
 
 void check_mesh(const tools::Mesh& mesh) {
+  require(mesh.positions.size() % mesh.keys == 0, "a key without all positions");
+  const std::size_t vertices = mesh.positions.size() / mesh.keys;
   for (const build::Triangle& triangle : mesh.triangles)
-    for (const std::uint32_t index : triangle) require(index < mesh.positions.size(), "an index behind the positions");
+    for (const std::uint32_t index : triangle) require(index < vertices, "an index behind the positions");
+  if (mesh.keys > 1)
+    for (const build::Position& p : mesh.positions)
+      require(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]), "a position that is not finite");
 }
 
 void read_mesh(const Path& path) {

@@ -1,6 +1,7 @@
 /// Readers take memory only for what a file of its size can have. Every number of small valid files is replaced by
 /// large ones. They get 128 MiB of address space beyond the program's own.
 
+#include <tests/fuzz/part_of_scene.h>
 #include <tests/tools/limited_child.h>
 #include <tests/tools/load.h>
 #include <tests/tools/picture_files.h>
@@ -10,10 +11,14 @@
 #include "hair_files.h"
 
 #include <tools/base/memory_limit.h>
+#include <tools/cli/bvh_file.h>
+#include <tools/parts/part_manifest.h>
 #include <tools/render/image/image.h>
 #include <tools/render/image/image_read.h>
 #include <tools/render/image/image_write.h>
 #include <tools/scene_io/exchange_json.h>
+#include <tools/scene_io/npy_file.h>
+#include <tools/scene_io/query_file.h>
 #include <tools/scene_io/rays_file.h>
 #include <tools/scene_io/scene/scene_description.h>
 #include <tools/scene_io/scene/scene_file.h>
@@ -217,6 +222,40 @@ TEST_CASE("Reader memory: scenes, trees, rays, hits and paths") {
                 [](const auto& path) { return error_of(tools::read_hits(path)); });
   check_bounded("a.paths", with_binary_numbers(numbers),
                 [](const auto& path) { return error_of(tools::read_paths(path)); });
+}
+
+TEST_CASE("Reader memory: queries, arrays of numpy, BVH files, parts") {
+  const auto read_points = [](const auto& path) {
+    return error_of(tools::read_queries(path, tools::QueryShape::kPoint));
+  };
+  std::string points;
+  append(points, 1u, 3u, 0.f, 1.f, 2.f);
+  check_bounded("a.queries", with_binary_numbers(points), read_points);
+  std::vector<std::string> arrays;
+  for (const std::uint64_t count : kCounts)
+    for (const std::array<std::uint64_t, 2> shape : {std::array{count, std::uint64_t{3}}, {std::uint64_t{1}, count}})
+      arrays.push_back(tools::npy_header("'<f4'", shape) + points.substr(8));
+  check_bounded("a.npy", arrays, read_points);
+
+  const build::Buffer bvh = fuzz::part_bvh();
+  const auto text_of = [](std::span<const std::byte> bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  check_bounded("a.bvh", with_binary_numbers(text_of(bvh.bytes().first(sizeof(FileHeader)))),
+                [](const auto& path) { return error_of(tools::open_bvh(path, std::uint64_t{1} << 40, 1)); });
+  check_bounded("a.data", with_binary_numbers(text_of(tools::encode(fuzz::part_data()))), [&](const auto& path) {
+    const std::string bytes = read_file(path);
+    return error_of(tools::decode_part_data(std::as_bytes(std::span(bytes)), *open_buffer(bvh.bytes())));
+  });
+  const tools::ScenePart part{{"a.bvh", 9, std::string(32, '0')},
+                              {"a.data", 5, std::string(32, 'f')},
+                              2,
+                              {{0, 0, 0}, {1, 2, 3}},
+                              1.5f,
+                              2.0f,
+                              {{{0, 0, 0}, {1, 1, 1}}}};
+  check_bounded("parts.json", with_text_numbers(tools::to_json({"", 2, 4, true, {part, part}, part})),
+                [](const auto& path) { return error_of(tools::parse_part_manifest(read_file(path), path.string())); });
 }
 
 TEST_CASE("Reader memory: pictures") {
