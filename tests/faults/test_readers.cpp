@@ -20,8 +20,13 @@
 #include <tools/scene_io/shapes/shape_import.h>
 #include <tools/scene_io/surface/picture.h>
 
+#include <unistd.h>
+
+#include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <new>
+#include <string>
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -64,6 +69,23 @@ std::vector<std::byte> bytes_of(const Path& file) {
   return {bytes.begin(), bytes.end()};
 }
 
+/// What @p work prints to standard error, through C++ and C.
+template <class Work> std::string printed_errors(const Work& work) {
+  std::FILE* const file = std::tmpfile();
+  const int old = ::dup(STDERR_FILENO);
+  REQUIRE(file != nullptr);
+  REQUIRE(::dup2(::fileno(file), STDERR_FILENO) >= 0);
+  work();
+  std::fflush(stderr);
+  ::dup2(old, STDERR_FILENO);
+  ::close(old);
+  std::string text(1000, '\0');
+  std::rewind(file);
+  text.resize(std::fread(text.data(), 1, text.size(), file));
+  std::fclose(file);
+  return text;
+}
+
 }  // namespace
 
 TEST_CASE("allocations that fail: importers of meshes and shapes") {
@@ -97,16 +119,20 @@ TEST_CASE("allocations that fail: readers of scenes, rays and pictures") {
   }
 }
 
-TEST_CASE("a program without memory for its message ends with the status of a failure") {
-  tools::Cli cli({"program", "A program.", ""});
+TEST_CASE("a program without memory for its message ends with the status of a failure and says so") {
   const char* const arguments[] = {"program"};
   for (const Failing failing : {Failing::kOne, Failing::kRest}) {
-    const int status = cli.run(1, arguments, [&]() -> build::Result<void> {
-      start_failing(1, failing);
-      throw std::bad_alloc();
+    tools::Cli cli({"program", "A program.", ""});
+    int status = -1;
+    const std::string printed = printed_errors([&] {
+      status = cli.run(1, arguments, [&]() -> build::Result<void> {
+        start_failing(1, failing);
+        throw std::bad_alloc();
+      });
+      stop_failing();
     });
-    stop_failing();
     CHECK(status == tools::kExitFailure);
+    CHECK(printed == "not enough memory\n");
   }
 }
 
