@@ -2,6 +2,7 @@
 /// Runs an operation with each of its allocations failing.
 
 #include <hiprt_build/error.h>
+#include <hiprt_build/format/out_of_memory.h>
 #include <tests/faults/failing_memory.h>
 #include <tests/oracle/random.h>
 
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -35,13 +37,24 @@ inline std::vector<std::uint64_t> chosen_allocations(std::uint64_t count, std::u
   return numbers;
 }
 
+/// @return what an error of too little memory does not name. Where all allocations fail there is no memory for a text.
+inline std::string missing_in(const std::string& message, Failing failing) {
+  static const std::regex sizes(": ([0-9]+ bytes wanted, [0-9]+ free|[0-9]+ bytes free)$");
+  if (failing == Failing::kRest && message == "out of memory") return {};
+  if (build::free_memory() && !std::regex_search(message, sizes)) return "free bytes";
+  if (failed_array() != 0 && message.find(": " + std::to_string(failed_array()) + " bytes wanted") == std::string::npos)
+    return "wanted bytes";
+  return {};
+}
+
 /// What check_every_allocation() has seen.
 struct FaultCount {
   std::uint64_t injected = 0, errors = 0, survived = 0, with_sizes = 0;
 };
 
 /// @param operation returns a Result. With each failing allocation it must succeed without that memory, or return
-/// kOutOfMemory in one line, and leak nothing. Then it must succeed as before.
+/// kOutOfMemory in one line that names the free bytes, and leak nothing. Where an array of the builder failed it also
+/// names its bytes. Then the operation must succeed as before.
 /// @param most allocations that fail, one per run.
 /// @param after called after each run.
 template <class Operation, class After>
@@ -75,10 +88,12 @@ FaultCount check_every_allocation(const std::string& name, std::uint64_t most, c
       ++seen.injected;
       (failed ? seen.errors : seen.survived) += 1;
       seen.with_sizes += message.find("bytes wanted") != std::string::npos ? 1 : 0;
-      const bool good = thrown.empty() && (!failed || (code == build::ErrorCode::kOutOfMemory && !message.empty() &&
-                                                       message.find('\n') == std::string::npos));
+      const std::string missing = failed ? missing_in(message, failing) : std::string();
+      const bool good = thrown.empty() && missing.empty() &&
+                        (!failed || (code == build::ErrorCode::kOutOfMemory && !message.empty() &&
+                                     message.find('\n') == std::string::npos));
       INFO("allocation " << number << " of " << count << (failing == Failing::kRest ? " and the rest" : "")
-                         << ", thrown: '" << thrown << "', message: '" << message << "'");
+                         << ", thrown: '" << thrown << "', message: '" << message << "', without: '" << missing << "'");
       if (!good) CHECK(good);
       after();
       if (number % 50 == 1) REQUIRE(operation().has_value());

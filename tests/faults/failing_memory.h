@@ -15,6 +15,8 @@ enum class Failing {
 void start_failing(std::uint64_t number, Failing failing = Failing::kOne);
 /// Lets no more allocations fail. @return how many there were since start_failing().
 std::uint64_t stop_failing();
+/// Bytes of the first allocation that failed since start_failing(), if it was one of build::allocate_pages(); else 0.
+std::uint64_t failed_array();
 
 /// Allocations of the program that are not freed.
 std::int64_t live_allocations();

@@ -1,6 +1,7 @@
 #include <tools/cli/cli.h>
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/out_of_memory.h>
 #include <hiprt_build/format/utf8.h>
 #include <tools/base/gpu_code.h>
 #include <tools/cli/manual.h>
@@ -182,16 +183,16 @@ int Cli::run(int argc, const char* const* argv, const std::function<build::Resul
       if (const auto done = tool(); !done) return fail(done.error().message);
     if (!std::cout.flush()) return fail("cannot write to standard output");
     return kExitSuccess;
-  } catch (const std::bad_alloc&) {
-    return fail_without_memory();
+  } catch (const std::bad_alloc& failure) {
+    return fail_without_memory(failure);
   } catch (const std::exception& error) {
     return fail(error.what());
   }
 }
 
-int Cli::fail_without_memory() const noexcept {
+int Cli::fail_without_memory(const std::bad_alloc& failure) const noexcept {
   try {
-    return fail("not enough memory");
+    return fail(build::out_of_memory({"to finish"}, failure).message);
   } catch (const std::bad_alloc&) {
     // Not even for this message.
     std::fputs("not enough memory\n", stderr);

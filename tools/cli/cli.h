@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <new>
 #include <string>
 
 namespace CLI {
@@ -71,7 +72,7 @@ class Cli {
   int parse(int argc, const char* const* argv, bool& stop);
   std::string usage_error(const CLI::ParseError& error) const;
   int fail(const std::string& message) const;
-  int fail_without_memory() const noexcept;
+  int fail_without_memory(const std::bad_alloc& failure) const noexcept;
 
   ToolInfo info_;
   std::unique_ptr<CLI::App> app_;
