@@ -3,6 +3,8 @@
 #include <tools/base/errors.h>
 #include <tools/scene_io/rays_file.h>
 
+#include <hiprt_build/format/temporary_file.h>
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -16,9 +18,17 @@
 namespace hiprt::tools {
 namespace {
 
+using build::file_detail::uninterrupted;
+
 tl::unexpected<build::Error> system_fault(const char* what, const std::filesystem::path& path) {
   const std::string reason = std::generic_category().message(errno);
   return fail(build::ErrorCode::kIo, std::string("cannot ") + what + " '" + path.string() + "': " + reason);
+}
+
+/// Of read_at().
+tl::unexpected<build::Error> read_fault(const std::filesystem::path& path) {
+  if (errno != 0) return system_fault("read", path);
+  return fail(build::ErrorCode::kIo, path.string() + ": another program shortened it");
 }
 
 /// Calls pread() or pwrite() until all bytes are done. @return whether they are; errno is 0 at the end of a file.
@@ -53,7 +63,8 @@ Descriptor::~Descriptor() {
 build::Result<RayStream> RayStream::open(const std::filesystem::path& path) {
   RayStream stream;
   stream.path_ = path;
-  stream.file_ = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  // O_NONBLOCK: opening a FIFO must not wait for a writer.
+  stream.file_ = Descriptor(uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }));
   struct stat status {};
   if (stream.file_.number() < 0 || ::fstat(stream.file_.number(), &status) != 0) return system_fault("open", path);
   if (!S_ISREG(status.st_mode)) return fail(build::ErrorCode::kIo, path.string() + ": not a regular file");
@@ -61,7 +72,7 @@ build::Result<RayStream> RayStream::open(const std::filesystem::path& path) {
   stream.changed_ = status.st_mtim.tv_sec * std::int64_t{1'000'000'000} + status.st_mtim.tv_nsec;
   RaysHeader header{};
   if (stream.size_ >= sizeof(header) && !read_at(stream.file_, std::as_writable_bytes(std::span(&header, 1)), 0))
-    return system_fault("read", path);
+    return read_fault(path);
   const auto count = check_rays_header(path, header, stream.size_);
   if (!count) return tl::unexpected(count.error());
   stream.count_ = *count;
@@ -71,10 +82,7 @@ build::Result<RayStream> RayStream::open(const std::filesystem::path& path) {
 
 build::Result<std::vector<Ray>> RayStream::read(std::uint64_t first, std::size_t count) const {
   std::vector<std::byte> bytes(count * kRayBytes);
-  if (!read_at(file_, bytes, sizeof(RaysHeader) + first * kRayBytes)) {
-    if (errno != 0) return system_fault("read", path_);
-    return fail(build::ErrorCode::kIo, path_.string() + ": another program shortened it");
-  }
+  if (!read_at(file_, bytes, sizeof(RaysHeader) + first * kRayBytes)) return read_fault(path_);
   std::vector<Ray> rays(count);
   decode_rays(bytes, rays);
   return rays;
@@ -88,10 +96,10 @@ build::Result<PartialOutput> PartialOutput::open(const std::filesystem::path& pa
   file.part_ = file.path_;
   file.part_ += ".part";
   const int flags = O_RDWR | O_CLOEXEC | (goes_on ? 0 : O_CREAT | O_TRUNC);
-  file.file_ = Descriptor(::open(file.part_.c_str(), flags, 0666));
+  file.file_ = Descriptor(uninterrupted([&] { return ::open(file.part_.c_str(), flags, 0666); }));
   if (file.file_.number() < 0) return system_fault(goes_on ? "open" : "create", file.part_);
   struct stat status {};
-  if (!goes_on && ::ftruncate(file.file_.number(), static_cast<off_t>(size)) != 0) {
+  if (!goes_on && uninterrupted([&] { return ::ftruncate(file.file_.number(), static_cast<off_t>(size)); }) != 0) {
     auto fault = system_fault("enlarge", file.part_);
     file.remove();
     return fault;
@@ -107,12 +115,13 @@ build::Result<void> PartialOutput::write(std::uint64_t offset, std::span<const s
   const bool written = whole(bytes.size(), offset, [&](std::size_t done, std::size_t size, off_t at) {
     return ::pwrite(file_.number(), bytes.data() + done, size, at);
   });
-  if (!written) return system_fault("write", part_);
-  return {};
+  if (written) return {};
+  if (errno == 0) errno = ENOSPC;
+  return system_fault("write", part_);
 }
 
 build::Result<void> PartialOutput::flush() const {
-  if (::fsync(file_.number()) != 0) return system_fault("flush", part_);
+  if (uninterrupted([&] { return ::fsync(file_.number()); }) != 0) return system_fault("flush", part_);
   return {};
 }
 
