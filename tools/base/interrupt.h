@@ -8,8 +8,7 @@
 namespace hiprt::tools {
 
 /// While a guard lives, SIGINT, SIGTERM and SIGHUP do not end the program but make interrupted() true. A signal that
-/// the parent process had set to be ignored stays ignored. SIGXFSZ is ignored, so that a write beyond the file size
-/// limit fails with an error. At most one guard may live at a time.
+/// the parent process had set to be ignored stays ignored. At most one guard may live at a time.
 class InterruptGuard {
  public:
   InterruptGuard();

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdio>
 #include <iostream>
 #include <new>
@@ -174,6 +175,8 @@ std::string Cli::usage_error(const CLI::ParseError& error) const {
 }
 
 int Cli::run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool) {
+  // A write beyond the limit of file sizes is an error and not the end of the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     add_general_options();
     bool stop = false;

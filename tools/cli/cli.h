@@ -59,7 +59,8 @@ class Cli {
   bool json() const { return json_; }
 
   /// Parses the arguments and calls @p tool, except after --help and its like or a wrong command line.
-  /// @return the exit status. Exceptions become failures, and so do errors of stdout.
+  /// @return the exit status. Exceptions become failures, and so do errors of stdout. From now on the program ignores
+  /// SIGXFSZ.
   int run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool);
 
   /// Prints "NAME: warning: message" to stderr.
