@@ -180,6 +180,9 @@ TEST_CASE("data of parts: damaged bytes are refused, or decode to numbers that s
   const auto good = decode_part_data(bytes->bytes(), view);
   REQUIRE(good.has_value());
   const std::vector<std::byte> whole(bytes->bytes().begin(), bytes->bytes().end());
+  std::vector<std::byte> newer = whole;
+  newer[8] = std::byte{9};
+  CHECK(decode_part_data(newer, view).error().message == "its version is 9, this program reads version 2");
   // Every shorter file.
   for (std::size_t size = 0; size < whole.size(); size += 1 + size / 50)
     CHECK(!decode_part_data(std::span(whole).first(size), view).has_value());

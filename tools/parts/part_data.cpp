@@ -203,7 +203,8 @@ build::Result<PartData> decode_part_data(std::span<const std::byte> bytes, const
   ByteReader reader(bytes);
   if (reader.get<std::array<char, 8>>() != kMagic) return invalid_input("it is no data of a part");
   if (const auto version = reader.get<std::uint32_t>(); reader.ok() && version != kDataVersion)
-    return invalid_input("its version is " + std::to_string(version) + ", this program reads version 1");
+    return invalid_input("its version is " + std::to_string(version) + ", this program reads version " +
+                         std::to_string(kDataVersion));
   const bool has_surfaces = reader.get<std::uint8_t>() != 0;
   PartData data;
   for (auto left = reader.get<std::uint64_t>(); left != 0 && reader.ok(); --left)
