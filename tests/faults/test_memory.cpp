@@ -17,12 +17,18 @@
 #include <tests/oracle/motions.h>
 #include <tests/tools/temp_folder.h>
 
+#include <array>
 #include <cstring>
 
 using namespace hiprt;
 using namespace hiprt::checks;
 
 namespace {
+
+/// Not Embree's: where its own allocations fail, Embree ends the program (RELIABILITY.md).
+constexpr std::array kBuilders{build::Builder::kSah,  build::Builder::kLbvh,  build::Builder::kLbvh30,
+                               build::Builder::kPloc, build::Builder::kHploc, build::Builder::kSbvh,
+                               build::Builder::kHq};
 
 /// Two meshes and boxes.
 struct Scene {
@@ -34,6 +40,27 @@ struct Scene {
   build::SceneInput input(bool with_customs = true) const {
     return {views, with_customs ? std::span(customs) : std::span<const build::CustomGeometry>{}};
   }
+};
+
+/// A star that turns: triangles at three times.
+struct MovingStar {
+  std::vector<ShapePoint> points;
+  std::vector<std::uint32_t> corners;
+  std::vector<Box> boxes;
+
+  /// @param turn of the last key.
+  explicit MovingStar(double turn) {
+    const oracle::Mesh star = oracle::star(3, kFaultSeed);
+    for (unsigned key = 0; key < 3; ++key)
+      for (const auto& p : oracle::twisted(star, 0.5 * turn * key).positions)
+        points.push_back({{p[0], p[1], p[2]}, static_cast<float>(key)});
+    for (const build::Triangle& t : star.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    auto found = build::shape_boxes(shapes());
+    REQUIRE(found.has_value());
+    boxes = std::move(*found);
+  }
+  build::Shapes shapes() const { return {ShapeKind::kMovingTriangles, points, corners, 3}; }
+  build::CustomGeometry custom() const { return {.boxes = boxes, .type = 2, .shapes = shapes()}; }
 };
 
 template <class T> T must(build::Result<T> result) {
@@ -50,13 +77,10 @@ build::Result<std::vector<Hit>> traced(const SceneView& view) {
 
 }  // namespace
 
-// Not Embree's builders: where its own allocations fail, Embree ends the program (RELIABILITY.md).
 TEST_CASE("allocations that fail: builders") {
   const Scene scene;
   std::uint64_t with_sizes = 0;
-  for (const build::Builder builder :
-       {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kLbvh30, build::Builder::kPloc,
-        build::Builder::kHploc, build::Builder::kSbvh, build::Builder::kHq})
+  for (const build::Builder builder : kBuilders)
     for (const bool with_customs : {false, true}) {
       const build::BuildOptions options{
           .builder = builder, .threads = 1, .presplit_budget = 1.2, .reinsertion_rounds = 2};
@@ -65,6 +89,28 @@ TEST_CASE("allocations that fail: builders") {
                     }).with_sizes;
     }
   CHECK(with_sizes > 0);
+}
+
+TEST_CASE("allocations that fail: triangles that move") {
+  const MovingStar star(1.0), moved(2.0);
+  const build::CustomGeometry custom = star.custom(), other = moved.custom();
+  const build::SceneInput input{{}, {&custom, 1}}, changed{{}, {&other, 1}};
+  check_every_allocation("shape_boxes", kMost, [&] { return build::shape_boxes(star.shapes(), 1); });
+  for (const build::Builder builder : kBuilders)
+    check_every_allocation(std::string(build::name(builder)) + " of moving triangles", kMost, [&] {
+      return build::build(input, {.builder = builder, .threads = 1, .reinsertion_rounds = 2});
+    });
+  const build::Bvh bvh = must(build::build(input, {.threads = 1}));
+  const auto bytes = std::as_const(bvh).buffer.bytes();
+  check_every_allocation("refit_copy of moving triangles", kMost,
+                         [&] { return build::refit_copy(bytes, changed, {.threads = 1}); });
+  const std::vector<build::Instance> instances(5);
+  build::InstanceOptions options;
+  options.tree.threads = 1;
+  check_every_allocation("build_instances of moving triangles", kMost, [&] {
+    return build::build_instances({&bytes, 1}, instances, options);
+  });
+  check_every_allocation("open_scene of moving triangles", kMost, [&] { return open_scene(bytes); });
 }
 
 TEST_CASE("allocations that fail: builders with several threads") {

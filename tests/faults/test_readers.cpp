@@ -6,14 +6,18 @@
 #include <hiprt_build/open_scene.h>
 #include <tests/faults/every_allocation.h>
 #include <tests/fuzz/make_reader_corpus.h>
+#include <tests/fuzz/part_of_scene.h>
 #include <tests/oracle/meshes.h>
+#include <tests/render/path_scenes.h>
 #include <tests/tools/temp_folder.h>
+#include <tools/build/shape_geometries.h>
 #include <tools/cli/cli.h>
 #include <tools/render/path/path_trace.h>
 #include <tools/render/scene/camera.h>
 #include <tools/render/studio/render.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 #include <tools/scene_io/query_file.h>
+#include <tools/scene_io/query_npy.h>
 #include <tools/scene_io/rays_file.h>
 #include <tools/scene_io/scene/scene_description.h>
 #include <tools/scene_io/scene/scene_file.h>
@@ -22,6 +26,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -111,6 +116,14 @@ TEST_CASE("allocations that fail: readers of scenes, rays and pictures") {
   check_reader(folder / "", "rays", ".rays", [](const Path& file) { return tools::read_rays(file); });
   check_reader(folder / "", "hits", ".hits", [](const Path& file) { return tools::read_hits(file); });
   check_reader(folder / "", "paths", ".paths", [](const Path& file) { return tools::read_paths(file); });
+  // Points, spheres, boxes, and points of numpy.
+  check_reader(folder / "", "queries", ".queries", [](const Path& file) {
+    auto queries = tools::read_queries(file, tools::QueryShape::kPoint);
+    for (const auto shape : {tools::QueryShape::kSphere, tools::QueryShape::kBox})
+      if (!queries && queries.error().code == build::ErrorCode::kInvalidInput)
+        queries = tools::read_queries(file, shape);
+    return queries;
+  });
   for (const Path& file : seeds(folder / "", "picture", ".picture")) {
     const std::vector<std::byte> bytes = bytes_of(file);
     constexpr std::uint64_t kTexels = std::uint64_t{1} << 20;
@@ -119,6 +132,55 @@ TEST_CASE("allocations that fail: readers of scenes, rays and pictures") {
       return build::or_out_of_memory("to decode it", [&] { return tools::decode_picture(bytes, kTexels); });
     });
   }
+}
+
+TEST_CASE("allocations that fail: writers of rays, hits, queries and results") {
+  const test::TempFolder folder;
+  const Path file = folder / "a", npy = folder / "a.npy";
+  const std::vector<Ray> rays(9);
+  const std::vector<tools::HitRecord> hits(9);
+  const std::vector<tools::PathRecord> paths(18);
+  const std::vector<std::byte> records(9 * sizeof(tools::PointRecord));
+  const std::vector<std::uint64_t> first{0, 4, 9};
+  const std::array<std::uint64_t, 1> shape{9};
+  const tools::QueryBatch points{tools::QueryShape::kPoint, std::vector<float>(27)};
+  check_every_allocation("write_rays", kMost, [&] { return tools::write_rays(file, false, rays); });
+  check_every_allocation("write_hits", kMost, [&] { return tools::write_hits(file, hits); });
+  check_every_allocation("write_paths", kMost, [&] { return tools::write_paths(file, 9, 2, paths); });
+  check_every_allocation("write_queries", kMost, [&] { return tools::write_queries(file, points); });
+  check_every_allocation("write_results", kMost, [&] { return tools::write_results(file, 9, 1, records); });
+  check_every_allocation("write_lists", kMost, [&] { return tools::write_lists(file, first, records); });
+  check_every_allocation("write_npy_results", kMost,
+                         [&] { return tools::write_npy_results(npy, tools::NpyRecord::kPoint, shape, records); });
+  check_every_allocation("write_npy_lists", kMost,
+                         [&] { return tools::write_npy_lists(npy, tools::NpyRecord::kPoint, first, records); });
+  check_every_allocation("write_npy_paths", kMost, [&] { return tools::write_npy_paths(npy, 9, 2, records); });
+  CHECK(folder.names() == std::vector<std::string>{"a", "a.npy"});
+}
+
+TEST_CASE("allocations that fail: geometries of shapes, data of parts") {
+  tools::ShapeSet balls{.name = "balls", .kind = ShapeKind::kSpheres}, hair{.name = "hair", .kind = ShapeKind::kCurves},
+      flap{.name = "flap", .kind = ShapeKind::kMovingTriangles};
+  balls.points.assign(50, {{0, 0, 0}, 1});
+  hair.points.assign(50, {{0, 0, 0}, 1});
+  hair.segments = {0, 1, 2, 7};
+  flap.points = {{{0, 0, 0}, 0}, {{1, 0, 0}, 0}, {{0, 1, 0}, 0}, {{0, 0, 1}, 1}, {{1, 0, 1}, 1}, {{0, 1, 1}, 1}};
+  flap.segments = {0, 1, 2};
+  flap.keys = 2;
+  const std::vector<const tools::ShapeSet*> sets{&balls, &hair, &flap};
+  check_every_allocation("ShapeGeometries", kMost, [&] { return tools::ShapeGeometries::make(sets, 1); });
+  // Manifests of parts are JSON.
+  const build::Buffer bvh = fuzz::part_bvh();
+  const BufferView view = *open_buffer(std::as_const(bvh).bytes());
+  const tools::PartData data = fuzz::part_data();
+  const auto bytes = tools::encode(data);
+  check_every_allocation("encode(part data)", kMost, [&] {
+    return build::or_out_of_memory("to encode it",
+                                   [&]() -> build::Result<std::vector<std::byte>> { return tools::encode(data); });
+  });
+  check_every_allocation("decode_part_data", kMost, [&] {
+    return build::or_out_of_memory("to decode it", [&] { return tools::decode_part_data(bytes, view); });
+  });
 }
 
 TEST_CASE("a program without memory for its message ends with the status of a failure and says so") {
@@ -168,4 +230,46 @@ TEST_CASE("allocations that fail: pictures") {
   studio.samples = 1;
   studio.threads = 1;
   check_every_allocation("render", kMost, [&] { return tools::render(file->scene(), camera, studio, {}, nullptr); });
+}
+
+TEST_CASE("allocations that fail: pictures of textures, cut-outs, lights and triangles that move") {
+  tools::Material leaf, lamp;
+  leaf.base_color_texture.texture = leaf.metallic_roughness_texture.texture = 0;
+  leaf.alpha_cutoff = 0.5f;
+  lamp.emission = {5, 5, 5};
+  lamp.emission_texture.texture = 1;
+  const oracle::Mesh square = test::floor_square(2.0f);
+  oracle::Mesh above = square;
+  for (auto& p : above.positions) p[1] += 3.0f;
+  test::PathTestScene scene =
+      test::scene_with_motion({square, above}, {{0, 1}, {square, above}}, {leaf, lamp, tools::Material{}});
+  scene.surfaces.textures = {{"mask", 4, 1, {0xff808080u, 0x00808080u, 0xff808080u, 0x00808080u}},
+                             {"glow", 1, 1, {0xffffffffu}}};
+  auto& geometries = scene.surfaces.objects[0];
+  for (unsigned i : {0u, 1u}) geometries[i].coordinates = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  geometries[0].normals.assign(4, {0, 1, 0});
+  scene = test::in_instances(std::move(scene), std::vector<build::Instance>(3));
+  const BufferView view = scene.view();
+  check_every_allocation("make_path_data with textures", kMost,
+                         [&] { return tools::make_path_data(view, &scene.surfaces, {}, {}, 0.5f); });
+  const tools::PathData data = test::data_of(scene, [](const Vec3&) { return Vec3(1.0f); });
+  REQUIRE(tools::has_alpha_cutout(data));
+  REQUIRE(!data.light_instances.empty());
+  const auto file = open_scene(std::as_const(scene.file).bytes());
+  REQUIRE(file.has_value());
+  const tools::Camera camera = tools::automatic_camera(view.header->bounds, 1.0);
+  tools::PathOptions options;
+  options.width = options.height = 8;
+  options.samples = 2;
+  options.threads = 1;
+  check_every_allocation("trace_paths with textures", kMost,
+                         [&] { return tools::trace_paths(file->scene(), data, camera, options); });
+  check_every_allocation("store_surfaces", kMost, [&]() -> build::Result<tools::Image> {
+    return build::or_out_of_memory("for the picture", [&]() -> build::Result<tools::Image> {
+      tools::Image image(8, 8);
+      if (auto stored = tools::store_surfaces(file->scene(), data, camera, options, image); !stored)
+        return tl::unexpected(stored.error());
+      return image;
+    });
+  });
 }

@@ -12,7 +12,7 @@ namespace hiprt::tools {
 class ShapeGeometries {
  public:
   /// @param sets must outlive the result. @param threads see build::shape_boxes().
-  /// @return the errors of build::shape_boxes(), with the set's name.
+  /// @return the errors of build::shape_boxes(), with the set's name; kOutOfMemory.
   static build::Result<ShapeGeometries> make(std::span<const ShapeSet* const> sets, unsigned threads);
 
   std::span<const build::CustomGeometry> customs() const { return customs_; }

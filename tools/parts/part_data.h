@@ -30,7 +30,7 @@ struct PartData {
 std::vector<std::byte> encode(const PartData& data);
 
 /// @param bvh the part's file, accepted by validate(): objects, geometries and primitives must have the numbers of it.
-/// @return kInvalidInput with what is wrong. No number of a result leads out of an array.
+/// @return kInvalidInput with what is wrong. No number of a result leads out of an array. Throws std::bad_alloc.
 build::Result<PartData> decode_part_data(std::span<const std::byte> bytes, const BufferView& bvh);
 
 }  // namespace hiprt::tools

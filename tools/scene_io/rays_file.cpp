@@ -116,7 +116,7 @@ build::Result<RayPaths> read_paths(const std::filesystem::path& path) try {
   return tl::unexpected(not_enough_memory(path.native(), "to read it", failure));
 }
 
-build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, std::span<const Ray> rays) {
+build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, std::span<const Ray> rays) try {
   if (rays.size() > 0xffffffffu)
     return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, path.string() + ": " + std::to_string(rays.size()) +
                                                                         " rays, a ray file holds at most 4294967295"});
@@ -128,6 +128,8 @@ build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, 
     std::memcpy(bytes.data() + sizeof(header) + i * sizeof(record), &record, sizeof(record));
   }
   return build::write_file(path, bytes);
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to write the rays", failure));
 }
 
 build::Result<void> write_hits(const std::filesystem::path& path, std::span<const HitRecord> hits) {
@@ -135,12 +137,14 @@ build::Result<void> write_hits(const std::filesystem::path& path, std::span<cons
 }
 
 build::Result<void> write_paths(const std::filesystem::path& path, std::uint32_t count, std::uint32_t levels,
-                                std::span<const PathRecord> paths) {
+                                std::span<const PathRecord> paths) try {
   const PathsHeader header{count, levels};
   std::vector<std::byte> bytes(sizeof(header) + paths.size_bytes());
   std::memcpy(bytes.data(), &header, sizeof(header));
   std::ranges::copy(std::as_bytes(paths), bytes.begin() + sizeof(header));
   return build::write_file(path, bytes);
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(not_enough_memory(path.native(), "to write the results", failure));
 }
 
 }  // namespace hiprt::tools

@@ -10,6 +10,7 @@
 #include <tools/render/scene/trace_limits.h>
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 namespace hiprt::tools {
@@ -38,6 +39,23 @@ build::Result<void> check_sum(const std::string& path, const PartFile& file, std
                        "; build the parts again");
 }
 
+build::Result<PartData> load_data(const std::string& path, const PartFile& file, const BufferView& bvh,
+                                  unsigned threads, std::uint64_t max_memory) {
+  const MemoryLimit reading(max_memory);
+  // The limit lives on where the error names it.
+  try {
+    const auto bytes = read_input(path, threads);
+    if (!bytes) return tl::unexpected(bytes.error());
+    if (auto checked = check_sum(path, file, bytes->bytes()); !checked)
+      return tl::unexpected(std::move(checked.error()));
+    auto data = decode_part_data(bytes->bytes(), bvh);
+    if (!data) return fail(data.error().code, path + ": " + data.error().message);
+    return data;
+  } catch (const std::bad_alloc& failure) {
+    return tl::unexpected(not_enough_memory(path, "to read it", failure));
+  }
+}
+
 build::Result<PartFiles> load_part(const PartManifest& manifest, const ScenePart& part, unsigned threads,
                                    std::uint64_t max_memory) {
   PartFiles files;
@@ -53,13 +71,8 @@ build::Result<PartFiles> load_part(const PartManifest& manifest, const ScenePart
   if (levels == 0 || levels > manifest.levels)
     return invalid_input(bvh_path + ": it has " + std::to_string(levels) +
                          " levels of instances, the manifest says 1 to " + std::to_string(manifest.levels));
-  const MemoryLimit reading(max_memory);
-  const auto bytes = read_input(data_path, threads);
-  if (!bytes) return tl::unexpected(bytes.error());
-  if (auto checked = check_sum(data_path, part.data, bytes->bytes()); !checked)
-    return tl::unexpected(std::move(checked.error()));
-  auto data = decode_part_data(bytes->bytes(), files.bvh.view);
-  if (!data) return fail(data.error().code, data_path + ": " + data.error().message);
+  auto data = load_data(data_path, part.data, files.bvh.view, threads, max_memory);
+  if (!data) return tl::unexpected(std::move(data.error()));
   files.data = std::move(*data);
   return files;
 }
