@@ -56,9 +56,9 @@ inline std::vector<ProgramLine> program_lines() {
          return {test::kBvhTrace, in + "a.bvh", "--rays", in + "a.rays", "--hits", out + "a.hits"};
        }},
       {{"a.png"},
-       [=](Text in, Text out) -> Words { return {render, in + "a.bvh", "-o", out + "a.png", "--size", "64x48"}; }},
+       [=](Text in, Text out) -> Words { return {render, in + "a.bvh", "-o", out + "a.png", "--size", "160x120"}; }},
       {{"a.exr"},
-       [=](Text in, Text out) -> Words { return {render, in + "a.bvh", "-o", out + "a.exr", "--size", "64x48"}; }},
+       [=](Text in, Text out) -> Words { return {render, in + "a.bvh", "-o", out + "a.exr", "--size", "160x120"}; }},
       {{"a.results"},
        [=](Text in, Text out) -> Words {
          return {query, in + "a.bvh", "--points", in + "a.points", "-o", out + "a.results"};
@@ -71,7 +71,7 @@ class ProgramInputs {
  public:
   /// @param version 0 and 1 have different outputs.
   explicit ProgramInputs(unsigned version) {
-    const unsigned n = 20 + 4 * version;
+    const unsigned n = 60 + 4 * version;
     folder_.write("a.obj", test::grid_obj(n));
     folder_.write("moved.obj", test::grid_obj(n, 2));
     folder_.write("s.json", R"({"format": "hiprt scene", "version": 1, "scene": "g", "objects": {"a": ["a.obj"]},
@@ -79,7 +79,7 @@ class ProgramInputs {
     std::filesystem::copy_file(
         std::string(HIPRT_VERSIONS_FOLDER) + (version == 0 ? "/1.3/nested.bvh" : "/1.3/instances.bvh"),
         folder_ / "old.bvh");
-    constexpr std::uint32_t kCount = 500;
+    constexpr std::uint32_t kCount = 20000;
     oracle::Random random(version);
     std::string rays, points;
     test::append(rays, kCount, 0u);

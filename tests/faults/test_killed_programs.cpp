@@ -101,7 +101,8 @@ TEST_CASE("programs that are killed at random moments leave each file whole, and
       if (i % 2 == 0) {
         for (unsigned files = 1 + random.below(static_cast<unsigned>(line.outputs.size())); files > 0; --files)
           REQUIRE(watch.next());
-        ::usleep(random.below(600));
+        // Short times are likelier: then the file is filled. Later it is flushed.
+        ::usleep(random.below(1 + random.below(600)));
       } else {
         ::usleep(random.below(static_cast<unsigned>(time.count())));
       }
