@@ -55,6 +55,11 @@ inline std::vector<ProgramLine> program_lines() {
        [](Text in, Text out) -> Words {
          return {test::kBvhTrace, in + "a.bvh", "--rays", in + "a.rays", "--hits", out + "a.hits"};
        }},
+      // In blocks, which go to a file of another name first: b.hits.part.
+      {{"b.hits"},
+       [](Text in, Text out) -> Words {
+         return {test::kBvhTrace, in + "a.bvh", "--rays", in + "a.rays", "--block", "3000", "--hits", out + "b.hits"};
+       }},
       {{"a.png"},
        [=](Text in, Text out) -> Words { return {render, in + "a.bvh", "-o", out + "a.png", "--size", "160x120"}; }},
       {{"a.exr"},
@@ -75,7 +80,8 @@ class ProgramInputs {
     folder_.write("a.obj", test::grid_obj(n));
     folder_.write("moved.obj", test::grid_obj(n, 2));
     folder_.write("s.json", R"({"format": "hiprt scene", "version": 1, "scene": "g", "objects": {"a": ["a.obj"]},
- "groups": {"g": [{"object": "a"}, {"object": "a", "translate": [30, 0, 0]}, {"object": "a", "translate": [0, 30, 1]}]}})");
+ "groups": {"g": [{"object": "a"}, {"object": "a", "translate": [90, 0, 0]},
+                  {"object": "a", "translate": [0, 90, 1]}]}})");
     std::filesystem::copy_file(
         std::string(HIPRT_VERSIONS_FOLDER) + (version == 0 ? "/1.3/nested.bvh" : "/1.3/instances.bvh"),
         folder_ / "old.bvh");

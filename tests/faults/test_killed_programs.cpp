@@ -49,7 +49,9 @@ class FolderWatch {
   int number_;
 };
 
-bool is_temporary(const std::string& name) { return name.starts_with(".hiprt-") && name.ends_with(".tmp"); }
+bool is_temporary(const std::string& name) {
+  return (name.starts_with(".hiprt-") && name.ends_with(".tmp")) || name.ends_with(".part");
+}
 
 /// What kills have left.
 struct Left {
