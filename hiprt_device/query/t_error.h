@@ -31,7 +31,7 @@ HIPRT_HD inline Real t_error(const SceneView& scene, const BasicRay<Real>& ray, 
   const Real sum = absolute(n.x) + absolute(n.y) + absolute(n.z);
   const Real reach = absolute(d.x) + absolute(d.y) + absolute(d.z);
   constexpr Real kUnit = 0x1p-24f;
-  const Real turned = kUnit * (Real(8) * scene.condition + Real(8));
+  const Real turned = kUnit * (Real(14) * scene.condition + Real(8));
   // Euclidean lengths are at most these sums.
   const Real cosine = fused_multiply_add(-turned * sum, reach, absolute(dot(n, d)));
   if (!(cosine > Real(0))) return std::numeric_limits<Real>::infinity();

@@ -89,3 +89,22 @@ TEST_CASE("a line in a seam's plane that passes inside the ball is hit twice") {
   }
   CHECK(found >= 1000);
 }
+
+TEST_CASE("the cone counts lines that are up to 2^-50 sizes behind its seams") {
+  // docs/proofs/round-shapes.md, Round cone. A cylinder of length 1 and radius 0.5 along x; a line across it.
+  using namespace primitive_detail;
+  ConeLine line{};
+  line.w = {1, 0, 0};
+  line.direction = {0, 1, 0};
+  line.first.radius = line.last.radius = 0.5;
+  line.last.center = {1, 0, 0};
+  line.prepare(1.0);
+  constexpr double kDoubt = 0x1p-50 * (1 + 0.5 + 0.5);
+  for (const auto& [z, dips] : {std::pair{-kDoubt * (1 + 0x1p-20), false},
+                                {-kDoubt * (1 - 0x1p-20), true},
+                                {1 + 0.5 * kDoubt, true},
+                                {1 + 2 * kDoubt, false}}) {
+    CAPTURE(z);
+    CHECK(ConeForm(line, {z, 0, 0}).dips(line) == dips);
+  }
+}
