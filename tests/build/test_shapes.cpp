@@ -5,6 +5,8 @@
 #include <hiprt_build/instances.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_build/shapes.h>
+#include <hiprt_device/instances/motion.h>
+#include <tests/oracle/random.h>
 
 #include <tests/catch.h>
 
@@ -150,6 +152,25 @@ TEST_CASE("moving triangles: boxes hold all keys, and bad ones are refused with 
   // Points without a kind have no keys: their boxes are those of spheres.
   const ShapePoint point[] = {{{0, 0, 0}, 1}};
   CHECK(boxes_of({ShapeKind::kNone, point, {}})[0].max[0] == 1);
+}
+
+TEST_CASE("boxes of moving triangles are wider by 2^-22 of each coordinate, more than interpolation rounds") {
+  Flap flap;
+  const Box box = boxes_of(flap.shapes())[0];
+  CHECK(box.max[1] == 4 + 4 * 0x1p-22f);
+  CHECK(box.min[0] == -0x1p-148f);
+  for (ShapePoint& point : flap.points) point.position[2] -= 4;
+  CHECK(boxes_of(flap.shapes())[0].min[2] == -4 - 4 * 0x1p-22f);
+  // 1 - s, the product and the sum: three roundings of 2^-24.
+  oracle::Random random(20261129);
+  float most = 0;
+  for (unsigned i = 0; i < 100000; ++i) {
+    const float at = random.uniform_float(1, 2), s = static_cast<float>(random.unit());
+    most = std::max(most, std::abs(motion_detail::between(at, at, 1.0f - s, s) - at) / at);
+  }
+  INFO("seed 20261129: " << most / 0x1p-24f << " units");
+  CHECK(most > 0x1p-24f);
+  CHECK(most <= 3 * 0x1p-24f);
 }
 
 TEST_CASE("files hold moving triangles, and refits move them") {

@@ -89,6 +89,40 @@ TEST_CASE("cache: the key depends on every input of the build, and not on thread
   CHECK(cache_key({twice, {}}, {}) != plain);
 }
 
+TEST_CASE("cache: the key depends on every member of a custom geometry") {
+  struct Custom {
+    std::vector<Box> boxes{{{0, 0, 0}, {1, 1, 1}}, {{1, 0, 0}, {2, 1, 1}}};
+    std::vector<ShapePoint> points{{{0, 0, 0}, 0}, {{1, 0, 0}, 0}, {{0, 1, 0}, 0}};
+    std::vector<std::uint32_t> segments{0, 1};
+    build::CustomGeometry geometry;
+  };
+  std::set<std::string> keys;
+  std::size_t count = 0;
+  const auto add = [&](const std::function<void(Custom&)>& change) {
+    Custom custom;
+    custom.geometry.shapes.kind = ShapeKind::kCurves;
+    change(custom);
+    custom.geometry.boxes = custom.boxes;
+    custom.geometry.shapes.points = custom.points;
+    custom.geometry.shapes.segments = custom.segments;
+    keys.insert(cache_key({{}, {&custom.geometry, 1}}, {}));
+    ++count;
+  };
+  add([](Custom&) {});
+  add([](Custom& c) { c.boxes[1].max[2] = 2; });
+  add([](Custom& c) { c.boxes.pop_back(); });
+  add([](Custom& c) { c.points[1].position[0] = 2; });
+  add([](Custom& c) { c.points[2].radius = 0.5f; });
+  add([](Custom& c) { c.points.pop_back(); });
+  add([](Custom& c) { c.segments[1] = 0; });
+  add([](Custom& c) { c.geometry.shapes.kind = ShapeKind::kMovingTriangles; });
+  add([](Custom& c) { c.geometry.shapes.keys = 2; });
+  add([](Custom& c) { c.geometry.mask = 1; });
+  add([](Custom& c) { c.geometry.type = 1; });
+  add([](Custom& c) { c.geometry.name = "other"; });
+  CHECK(keys.size() == count);
+}
+
 TEST_CASE("cache: a second build is a hit with the same bytes and statistics") {
   const test::TempFolder folder;
   const auto cache = BvhCache::open(folder / "c");

@@ -168,16 +168,19 @@ std::vector<BadCase> shape_cases() {
                      bad.file.seal();
                      return bad;
                    }});
-  cases.push_back({E::kBoxNotContained, "a triangle that leaves its box at the last key", [](NodeLayout layout) {
-                     TestFile file = shape_file(layout);
-                     const BufferView view = *open_buffer(file.bytes());
-                     const std::uint32_t entry = view.primitive_map[view.geometries[4].first_primitive];
-                     BadFile bad{std::move(file), view.leaves.offset + entry / 2 * sizeof(CustomLeaf) +
-                                                      offsetof(CustomLeaf, box) + entry % 2 * sizeof(Box) + 20};
-                     bad.file.put(view.shapes[4].points + 9 * sizeof(ShapePoint) + 8, 3.5f);
-                     bad.file.seal();
-                     return bad;
-                   }});
+  // Triangle 0 has vertices 0, 1 and 2; triangle 1 has 0, 2 and 3.
+  for (const std::uint32_t triangle : {0u, 1u})
+    cases.push_back({E::kBoxNotContained, "a triangle that leaves its box at the last key", [=](NodeLayout layout) {
+                       TestFile file = shape_file(layout);
+                       const BufferView view = *open_buffer(file.bytes());
+                       const std::uint32_t entry = view.primitive_map[view.geometries[4].first_primitive + triangle];
+                       BadFile bad{std::move(file), view.leaves.offset + entry / 2 * sizeof(CustomLeaf) +
+                                                        offsetof(CustomLeaf, box) + entry % 2 * sizeof(Box) + 20};
+                       const std::uint32_t vertex = 8 + (triangle == 0 ? 1 : 3);
+                       bad.file.put(view.shapes[4].points + vertex * sizeof(ShapePoint) + 8, 3.5f);
+                       bad.file.seal();
+                       return bad;
+                     }});
   return cases;
 }
 

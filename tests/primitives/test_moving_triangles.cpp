@@ -121,6 +121,24 @@ TEST_CASE("a deforming mesh has the hits of the static mesh at that time, bit by
   CHECK(hits > 1000);
 }
 
+TEST_CASE("the error of a hit on what moves has four units of the largest coordinate more") {
+  // 1 - s, the product and the sum round by 2^-24 each. The larger key counts, also where the ray uses the other one.
+  Mesh small, large;
+  small.positions = {{-4, -4, 0}, {4, -4, 0}, {0, 4, 0}};
+  small.triangles = {{0, 1, 2}};
+  large = small;
+  for (auto& p : large.positions)
+    for (float& x : p) x *= 2;
+  const Deforming deforming({small, large}, {0, 1});
+  const std::vector<build::TriangleMesh> views{small.view()};
+  const auto still = build::build(views);
+  REQUIRE(still.has_value());
+  const Ray ray{.origin = {0, 0, 64}, .direction = {0, 0, -1}, .time = 0};
+  const Hit expected = closest_hit<Policies>(make_scene_view(*open_buffer(still->buffer.bytes())), ray);
+  const float more = deforming.closest(ray).error - expected.error;
+  CHECK(more == 4 * 0x1p-24f * 8);
+}
+
 TEST_CASE("corners that are not finite: rays miss their triangles while a key has them, and hit the others") {
   // Builders drop non-finite triangles of a still mesh, so the mesh of that time has only triangles that can be hit.
   INFO("seed " << kSeed);

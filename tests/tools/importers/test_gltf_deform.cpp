@@ -251,6 +251,26 @@ TEST_CASE("glTF: triangles whose deformed vertices are not finite are left out, 
                                  "they are left out"});
 }
 
+TEST_CASE("glTF: each corner and each key can make a deformed triangle one that is left out") {
+  for (std::size_t corner = 0; corner < 3; ++corner)
+    for (const std::size_t bad_key : {0, 1, 2}) {
+      CAPTURE(corner, bad_key);
+      Morphing b;
+      std::vector<float> moves(9, 0.0f), weights(6, 0.0f);
+      moves[3 * corner + 1] = 3e38f;
+      weights[2 * bad_key + 1] = 10;
+      b.json["meshes"][0]["primitives"][0]["targets"][1]["POSITION"] = b.add_positions(moves);
+      b.animate(0, "weights", {0, 1, 2}, weights);
+      const tools::Mesh mesh = load_all(b, {0, 1, 2}).meshes.at(0);
+      REQUIRE((mesh.keys == 3 && mesh.positions.size() == 9));
+      CHECK(mesh.triangles == std::vector<build::Triangle>{{0, 0, 0}});
+      for (std::size_t i = 0; i < 9; ++i) {
+        const build::Position kept{kTriangle[3 * (i % 3)], kTriangle[3 * (i % 3) + 1], kTriangle[3 * (i % 3) + 2]};
+        CHECK(mesh.positions[i] == (i % 3 == corner ? build::Position{0, 0, 0} : kept));
+      }
+    }
+}
+
 TEST_CASE("glTF morph targets: what is wrong is named") {
   const TempFolder folder;
   Morphing b;
