@@ -173,7 +173,7 @@ class Enqueuer {
       return enqueue_top_down({geometries_, references(), plan_.references(), plan_.slots, plan_.split_budget,
                                plan_.split_budget > 1.0, build::defaults_of(plan_.builder).least_overlap},
                               {leaves, nodes, &state_->root, &state_->counts.leaves}, scratch_.stage, steps_.stream(),
-                              plan_.tuning(), LongStep(options_.progress, "split", 0.2, 0.5));
+                              plan_.tuning(), LongStep(options_.progress, "split", 0.2, 0.5, plan_.unasked));
     });
   }
 
@@ -280,7 +280,7 @@ class Enqueuer {
       const bool has_gaps = plan_.imports() || (plan_.leaves_gaps() && !plan_.gapped());
       const std::uint32_t* const leaves = has_gaps ? nullptr : &state_->counts.leaves;
       return enqueue_finish_tree({planned_tree(), plan_.capacity, leaves, plan_.rounds}, scratch_.stage,
-                                 steps_.stream(), LongStep(options_.progress, "reinsert", 0.5, 0.8));
+                                 steps_.stream(), LongStep(options_.progress, "reinsert", 0.5, 0.8, plan_.unasked));
     });
   }
 

@@ -25,6 +25,7 @@ struct BuildPlan {
   std::uint32_t capacity = 0;  ///< Capacity for leaves: slots, unless they are counted.
   std::uint32_t wide = 0;      ///< Capacity for nodes of the file: that of leaves, unless they are counted.
   std::uint32_t many_nodes = build::kernels::kManyNodes;  ///< A file of so many is written in another order.
+  std::uint64_t unasked = kUnaskedWork;                   ///< As LongStep.
   build::Builder builder{};
   NodeLayout layout{};
   bool counted = false;                              ///< Whether `whole` is the number of leaves.

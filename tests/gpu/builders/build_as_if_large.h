@@ -1,5 +1,6 @@
 #pragma once
-/// Builds whose nodes and leaves are written in the order in which files of many nodes are written.
+/// Builds whose nodes and leaves are written in the order in which files of many nodes are written. With
+/// BuildOptions::progress they ask between all rounds and levels whether to go on.
 
 #include <hiprt_build/gpu/build.h>
 

@@ -10,6 +10,7 @@ gpu::Result<const gpu::BuildReport*> enqueue_as_if_large(std::span<const gpu::De
   auto layouts = gpu::plan_build(geometries, options);
   if (!layouts) return tl::unexpected(layouts.error());
   layouts->plan.many_nodes = 0;
+  layouts->plan.unasked = 1;
   const gpu::BuildJob job{layouts->plan, options, geometries, layouts->memory(output, scratch),
                           layouts->output(output)};
   auto done = gpu::enqueue_leaves(job, nullptr);
