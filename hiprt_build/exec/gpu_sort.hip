@@ -159,15 +159,17 @@ gpu::Result<void> rocprim_sort(void* temp, std::size_t& temp_bytes, SortBuffers&
 }
 
 /// Whether rocPRIM knows the current device. The runtime says for each device once what it is.
-bool rocprim_knows_device() {
+///
+/// A question that fails must not count as no: the two sorts need different amounts of memory.
+gpu::Result<bool> rocprim_knows_device() {
   constexpr std::string_view kKnown = " " HIPRT_ROCPRIM_ARCHS " ";
   int index = 0;
-  if (hipGetDevice(&index) != hipSuccess) return false;
+  if (auto got = gpu::check(hipGetDevice(&index), "hipGetDevice"); !got) return tl::unexpected(got.error());
   static thread_local int asked = -1;
   static thread_local bool knows = false;
   if (asked != index) {
     const auto device = gpu::device_detail::read(index);
-    if (!device) return false;
+    if (!device) return tl::unexpected(device.error());
     knows = kKnown.find(" " + device->architecture + " ") != std::string_view::npos;
     asked = index;
   }
@@ -181,7 +183,11 @@ bool rocprim_knows_device() {
 gpu::Result<void> sort_pairs(void* temp, std::size_t& temp_bytes, SortBuffers& buffers, std::uint32_t count,
                              hipStream_t stream) {
 #if HIPRT_ROCPRIM
-  if (count > 0 && rocprim_knows_device()) return rocprim_sort(temp, temp_bytes, buffers, count, stream);
+  if (count > 0) {
+    const auto by_rocprim = rocprim_knows_device();
+    if (!by_rocprim) return tl::unexpected(by_rocprim.error());
+    if (*by_rocprim) return rocprim_sort(temp, temp_bytes, buffers, count, stream);
+  }
 #endif
   return own_sort(temp, temp_bytes, buffers, count, stream);
 }

