@@ -65,6 +65,12 @@ HIPRT_BEFORE(hipHostMalloc, (void** pointer, size_t bytes, unsigned flags), (poi
 HIPRT_BEFORE(hipHostFree, (void* pointer), (pointer), false, hipSuccess, now.host -= pointer != nullptr ? 1 : 0)
 HIPRT_BEFORE(hipEventCreate, (hipEvent_t* event), (event), true, hipErrorUnknown, ++now.events)
 HIPRT_BEFORE(hipEventDestroy, (hipEvent_t event), (event), false, hipSuccess, --now.events)
+HIPRT_FALLIBLE(hipGetDevice, (int* device), (device))
+HIPRT_FALLIBLE(hipSetDevice, (int device), (device))
+HIPRT_FALLIBLE(hipGetDeviceCount, (int* count), (count))
+HIPRT_FALLIBLE(hipDeviceGetAttribute, (int* value, hipDeviceAttribute_t attribute, int device),
+               (value, attribute, device))
+HIPRT_FALLIBLE(hipMemGetInfo, (size_t* free_bytes, size_t* total_bytes), (free_bytes, total_bytes))
 HIPRT_FALLIBLE(hipEventRecord, (hipEvent_t event, hipStream_t stream), (event, stream))
 HIPRT_FALLIBLE(hipEventSynchronize, (hipEvent_t event), (event))
 HIPRT_FALLIBLE(hipMemcpy, (void* to, const void* from, size_t bytes, hipMemcpyKind kind), (to, from, bytes, kind))

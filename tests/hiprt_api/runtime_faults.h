@@ -4,7 +4,7 @@
 
 namespace hiprt_api_test {
 
-/// Counts the library's calls that may fail from now on: allocations, copies, fills, launches, events and waits. Call
+/// Counts the calls that may fail from now on: allocations, copies, fills, launches, events, waits and questions. Call
 /// @p number does nothing and fails: allocations with hipErrorOutOfMemory, others with hipErrorUnknown. The first one
 /// has number 1, and 0 lets none fail.
 void fail_call(unsigned number);
