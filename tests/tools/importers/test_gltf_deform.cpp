@@ -253,7 +253,7 @@ TEST_CASE("glTF: triangles whose deformed vertices are not finite are left out, 
 
 TEST_CASE("glTF: each corner and each key can make a deformed triangle one that is left out") {
   for (std::size_t corner = 0; corner < 3; ++corner)
-    for (const std::size_t bad_key : {0, 1, 2}) {
+    for (std::size_t bad_key = 0; bad_key < 3; ++bad_key) {
       CAPTURE(corner, bad_key);
       Morphing b;
       std::vector<float> moves(9, 0.0f), weights(6, 0.0f);
