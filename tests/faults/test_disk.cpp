@@ -45,7 +45,7 @@ struct Fault {
 
 }  // namespace
 
-// NOLINTBEGIN(bugprone-reserved-identifier)
+// NOLINTBEGIN(clang-diagnostic-reserved-identifier)
 extern "C" {
 int __real_open(const char* path, int flags, ...);
 int __wrap_open(const char* path, int flags, ...) {
@@ -69,7 +69,7 @@ int __wrap_flock(int file, int operation) { return fault.next("flock") ? -1 : __
 int __real_rename(const char* from, const char* to);
 int __wrap_rename(const char* from, const char* to) { return fault.next("rename") ? -1 : __real_rename(from, to); }
 }
-// NOLINTEND(bugprone-reserved-identifier)
+// NOLINTEND(clang-diagnostic-reserved-identifier)
 
 namespace {
 

@@ -71,7 +71,7 @@ struct Fault {
 
 }  // namespace
 
-// NOLINTBEGIN(bugprone-reserved-identifier)
+// NOLINTBEGIN(clang-diagnostic-reserved-identifier)
 extern "C" {
 int __real_open(const char* path, int flags, ...);
 int __wrap_open(const char* path, int flags, ...) {
@@ -93,7 +93,7 @@ void* __wrap_mmap(void* at, size_t bytes, int protection, int flags, int file, o
   return fault.next("mmap") ? MAP_FAILED : __real_mmap(at, bytes, protection, flags, file, offset);
 }
 }
-// NOLINTEND(bugprone-reserved-identifier)
+// NOLINTEND(clang-diagnostic-reserved-identifier)
 
 namespace {
 

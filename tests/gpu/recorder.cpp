@@ -111,7 +111,7 @@ Stream::Stream() {
   }
 
 // clang-format off
-// NOLINTBEGIN(bugprone-reserved-identifier)
+// NOLINTBEGIN(clang-diagnostic-reserved-identifier)
 HIPRT_RECORDED(MemcpyAsync, stream,
                (void* to, const void* from, size_t bytes, hipMemcpyKind kind, hipStream_t stream),
                (to, from, bytes, kind, stream))
@@ -141,5 +141,5 @@ HIPRT_ASKED(EventSynchronize, (hipEvent_t event), (event))
 HIPRT_ASKED(EventElapsedTime, (float* milliseconds, hipEvent_t start, hipEvent_t stop), (milliseconds, start, stop))
 HIPRT_REMEMBERED(GetLastError, true)
 HIPRT_REMEMBERED(PeekAtLastError, false)
-// NOLINTEND(bugprone-reserved-identifier)
+// NOLINTEND(clang-diagnostic-reserved-identifier)
 // clang-format on

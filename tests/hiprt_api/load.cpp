@@ -1,7 +1,7 @@
 // Loads the library at run time: all functions are found. The main file has the pointers.
 
 // HIPRT gives the name.
-#define _ENABLE_HIPRTEW  // NOLINT(bugprone-reserved-identifier)
+#define _ENABLE_HIPRTEW
 #include <hiprt/hiprtew.h>
 
 #include <cstdio>

@@ -8,10 +8,10 @@
 #include <cstring>
 
 // HIP's own names.
-// NOLINTBEGIN(bugprone-reserved-identifier)
+// NOLINTBEGIN(clang-diagnostic-reserved-identifier)
 #define __global__ inline
 #define __shared__ static
-// NOLINTEND(bugprone-reserved-identifier)
+// NOLINTEND(clang-diagnostic-reserved-identifier)
 
 struct dim3 {
   unsigned x = 1, y = 1, z = 1;
