@@ -3,6 +3,7 @@
 
 #include <hiprt_build/file.h>
 #include <tests/amount.h>
+#include <tests/faults/failing_call.h>
 #include <tests/oracle/random.h>
 #include <tests/tools/temp_folder.h>
 
@@ -26,24 +27,7 @@
 using namespace hiprt;
 namespace fs = std::filesystem;
 
-namespace {
-
-/// One call in the order of all calls fails, or writes less than it was asked to.
-struct Fault {
-  unsigned calls = 0, at = 0;
-  int error = 0;
-  bool short_writes = false;
-  std::string name{};  ///< Of the function that failed.
-
-  bool next(const char* function) {
-    if (++calls != at) return false;
-    name = function;
-    errno = error;
-    return true;
-  }
-} fault;
-
-}  // namespace
+using checks::fault;
 
 // NOLINTBEGIN(clang-diagnostic-reserved-identifier)
 extern "C" {
@@ -58,7 +42,7 @@ int __wrap_open(const char* path, int flags, ...) {
 ssize_t __real_write(int file, const void* data, size_t bytes);
 ssize_t __wrap_write(int file, const void* data, size_t bytes) {
   if (fault.next("write")) return -1;
-  return __real_write(file, data, fault.short_writes ? std::min<size_t>(bytes, 1000) : bytes);
+  return __real_write(file, data, std::min(bytes, fault.most));
 }
 int __real_fsync(int file);
 int __wrap_fsync(int file) { return fault.next("fsync") ? -1 : __real_fsync(file); }
@@ -86,6 +70,8 @@ build::Result<void> write(const fs::path& path, const std::string& text) {
 void leave_temporary(const fs::path& folder) { std::ofstream(folder / ".hiprt-1-0.tmp") << "half"; }
 
 const std::vector<std::string> kOnlyA{"a"};
+/// Bytes that a call writes at most, fewer than a file has.
+constexpr std::size_t kShortWrite = 1000;
 
 }  // namespace
 
@@ -97,13 +83,12 @@ TEST_CASE("each call of the system that fails while a file is written leaves the
       for (unsigned at = 1;; ++at) {
         const test::TempFolder folder;
         const fs::path path = fs::path(folder.path()) / "a";
-        fault = {};
         if (replaced) REQUIRE(write(path, old_text).has_value());
-        fault = {.at = at, .error = error, .short_writes = true};
+        fault.start(at, error, kShortWrite);
         const auto result = write(path, new_text);
-        const Fault done = std::exchange(fault, {});
-        if (done.calls < at) break;
-        CAPTURE(error, replaced, at, done.name);
+        const std::string name = fault.name.load();
+        if (fault.stop() < at) break;
+        CAPTURE(error, replaced, at, name);
         ++faults;
         errors += result ? 0 : 1;
         if (!result) {
@@ -129,12 +114,12 @@ TEST_CASE("a signal that interrupts a call of the system changes nothing") {
     const fs::path path = fs::path(folder.path()) / "a";
     REQUIRE(write(path, "old").has_value());
     leave_temporary(folder.path());
-    fault = {.at = at, .error = EINTR, .short_writes = true};
+    fault.start(at, EINTR, kShortWrite);
     const auto result = write(path, text);
-    const Fault done = std::exchange(fault, {});
-    if (done.calls < at) break;
-    if (done.name == "rename") continue;  // The system never interrupts it.
-    CAPTURE(at, done.name);
+    const std::string name = fault.name.load();
+    if (fault.stop() < at) break;
+    if (name == "rename") continue;  // The system never interrupts it.
+    CAPTURE(at, name);
     ++faults;
     CHECK(result.has_value());
     CHECK(content(path) == text);

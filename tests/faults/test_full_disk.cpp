@@ -58,7 +58,7 @@ const std::string kOnDisk = R"sh(
   for file in $FILES; do [ "$(cat "$0/$file")" = old ] || { echo "changed: $file" >&2; exit 98; }; done
   exit $status)sh";
 
-/// Runs the line's program on a disk of its own, which the old files fill.
+/// Runs the line's program on a small disk (tmpfs) that the old files fill.
 test::CommandResult run_on_disk(const ProgramLine& line, const Words& words, const std::string& out,
                                 const std::string& options) {
   std::string files;

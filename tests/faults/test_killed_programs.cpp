@@ -1,5 +1,5 @@
 // Programs that are killed while they work: each file is the old one or the new one, whole, and the next run removes
-// what is left over.
+// temporary files.
 
 #include <tests/amount.h>
 #include <tests/faults/program_lines.h>

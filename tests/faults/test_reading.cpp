@@ -4,6 +4,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/open_scene.h>
+#include <tests/faults/failing_call.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/random.h>
 #include <tests/tools/temp_folder.h>
@@ -36,40 +37,7 @@
 using namespace hiprt;
 namespace fs = std::filesystem;
 
-namespace {
-
-constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
-
-/// One call in the order of all calls fails, or all reads are short. Several threads call it.
-struct Fault {
-  std::atomic<unsigned> calls{0};
-  unsigned at = 0;                    ///< 0: none fails.
-  int error = 0;                      ///< 0: the call is a read that finds the end of the file.
-  std::size_t most = kAll;            ///< Bytes that a read returns at most.
-  std::atomic<const char*> name{""};  ///< Of the function that failed.
-
-  void start(unsigned which, int number, std::size_t bytes = kAll) {
-    calls = 0;
-    at = which;
-    error = number;
-    most = bytes;
-    name = "";
-  }
-  /// @return how many calls there were.
-  unsigned stop() {
-    const unsigned seen = calls;
-    start(0, 0);
-    return seen;
-  }
-  bool next(const char* function) {
-    if (++calls != at) return false;
-    name = function;
-    errno = error;
-    return true;
-  }
-} fault;
-
-}  // namespace
+using checks::fault;
 
 // NOLINTBEGIN(clang-diagnostic-reserved-identifier)
 extern "C" {

@@ -209,13 +209,7 @@ void make_reader_corpus(const std::filesystem::path& folder) {
   write(folder / "queries", {floats(1, 3, {0, 0, 0}), floats(1, 4, {0, 0, 0, 1}), floats(1, 6, {0, 0, 0, 1, 1, 1}),
                              tools::npy_header("'<f4'", points) + std::string(12, '\0'),
                              tools::npy_header("[('x', '>f8', (3,))]", points) + std::string(72, '\0')});
-  const tools::ScenePart part{{"a.bvh", 9, std::string(32, '0')},
-                              {"a.data", 5, std::string(32, 'f')},
-                              2,
-                              {{0, 0, 0}, {1, 2, 3}},
-                              1.5f,
-                              2.0f,
-                              {{{0, 0, 0}, {1, 1, 1}}}};
+  const tools::ScenePart part = described_part();
   write(folder / "parts",
         {tools::to_json({"", 2, 4, true, {part, part}, part}), tools::to_json({"", 1, 2, false, {part}, {}})});
   const std::vector<std::byte> data = tools::encode(part_data()), clay = tools::encode({{{}, {}}, {}});

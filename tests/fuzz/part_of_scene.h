@@ -6,9 +6,11 @@
 #include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
 #include <tools/parts/part_data.h>
+#include <tools/parts/part_manifest.h>
 
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -37,6 +39,17 @@ inline build::Buffer part_bvh() {
   auto bvh = build::build_instances(build::InstancedScene{files, groups});
   if (!bvh) throw std::runtime_error(bvh.error().message);
   return std::move(bvh->buffer);
+}
+
+/// A part as a manifest describes it.
+inline tools::ScenePart described_part() {
+  return {{"a.bvh", 9, std::string(32, '0')},
+          {"a.data", 5, std::string(32, 'f')},
+          2,
+          {{0, 0, 0}, {1, 2, 3}},
+          1.5f,
+          2.0f,
+          {{{0, 0, 0}, {1, 1, 1}}}};
 }
 
 /// Data with everything that a part can have.

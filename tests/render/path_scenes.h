@@ -49,10 +49,9 @@ inline PathTestScene flat_scene(const std::vector<oracle::Mesh>& meshes, std::ve
   return scene;
 }
 
-/// Geometry i has material i: the meshes, and behind them the balls.
-inline PathTestScene scene_with_balls(const std::vector<oracle::Mesh>& meshes, const std::vector<ShapePoint>& balls,
-                                      std::vector<tools::Material> materials) {
-  const build::Shapes shapes{ShapeKind::kSpheres, balls, {}};
+/// Geometry i has material i: the meshes. Behind them are the shapes, with the surface @p last.
+inline PathTestScene scene_with_shapes(const std::vector<oracle::Mesh>& meshes, const build::Shapes& shapes,
+                                       tools::GeometrySurface last, std::vector<tools::Material> materials) {
   const auto boxes = build::shape_boxes(shapes);
   REQUIRE(boxes.has_value());
   const build::CustomGeometry custom{.boxes = *boxes, .shapes = shapes};
@@ -61,10 +60,17 @@ inline PathTestScene scene_with_balls(const std::vector<oracle::Mesh>& meshes, c
   REQUIRE(bvh.has_value());
   PathTestScene scene{std::move(bvh->buffer), {{}, std::move(materials), {{}}}};
   for (std::uint32_t i = 0; i < meshes.size(); ++i) scene.surfaces.objects[0].push_back(surface_of(meshes[i], i));
-  tools::GeometrySurface& last = scene.surfaces.objects[0].emplace_back();
-  last.shapes = balls.size();
-  last.shape_material = static_cast<std::uint32_t>(meshes.size());
+  scene.surfaces.objects[0].push_back(std::move(last));
   return scene;
+}
+
+/// Geometry i has material i: the meshes, and behind them the balls.
+inline PathTestScene scene_with_balls(const std::vector<oracle::Mesh>& meshes, const std::vector<ShapePoint>& balls,
+                                      std::vector<tools::Material> materials) {
+  tools::GeometrySurface surface;
+  surface.shapes = balls.size();
+  surface.shape_material = static_cast<std::uint32_t>(meshes.size());
+  return scene_with_shapes(meshes, {ShapeKind::kSpheres, balls, {}}, std::move(surface), std::move(materials));
 }
 
 /// Triangles that move: the mesh at each time. The vertices' normals are those of the times, if there are any.
@@ -82,20 +88,12 @@ inline PathTestScene scene_with_motion(const std::vector<oracle::Mesh>& meshes, 
     for (const auto& p : moving.meshes[k].positions) points.push_back({{p[0], p[1], p[2]}, moving.times[k]});
   std::vector<std::uint32_t> corners;
   for (const auto& t : moving.meshes[0].triangles) corners.insert(corners.end(), t.begin(), t.end());
-  const build::Shapes shapes{ShapeKind::kMovingTriangles, points, corners,
-                             static_cast<std::uint32_t>(moving.times.size())};
-  const auto boxes = build::shape_boxes(shapes);
-  REQUIRE(boxes.has_value());
-  const build::CustomGeometry custom{.boxes = *boxes, .shapes = shapes};
-  const auto views = oracle::views(meshes);
-  auto bvh = build::build(build::SceneInput{views, {&custom, 1}});
-  REQUIRE(bvh.has_value());
-  PathTestScene scene{std::move(bvh->buffer), {{}, std::move(materials), {{}}}};
-  for (std::uint32_t i = 0; i < meshes.size(); ++i) scene.surfaces.objects[0].push_back(surface_of(meshes[i], i));
-  scene.surfaces.objects[0].push_back(surface_of(moving.meshes[0], static_cast<std::uint32_t>(meshes.size())));
-  scene.surfaces.objects[0].back().times = moving.times;
-  scene.surfaces.objects[0].back().normals = moving.normals;
-  return scene;
+  tools::GeometrySurface surface = surface_of(moving.meshes[0], static_cast<std::uint32_t>(meshes.size()));
+  surface.times = moving.times;
+  surface.normals = moving.normals;
+  const auto keys = static_cast<std::uint32_t>(moving.times.size());
+  return scene_with_shapes(meshes, {ShapeKind::kMovingTriangles, points, corners, keys}, std::move(surface),
+                           std::move(materials));
 }
 
 /// The scene as the one object of a group.

@@ -67,7 +67,7 @@ gpu::Result<Bytes> build_in_steps(const Input& input, const gpu::BuildOptions& o
   return bytes_of(scene);
 }
 
-/// In memory that earlier builds have left as it is.
+/// Builds in memory that it keeps, with the bytes of earlier builds in it.
 /// @tparam kLarge whether it asks between all rounds and levels, as builds of millions of triangles do.
 template <bool kLarge> class BuildInPlace {
  public:

@@ -95,6 +95,20 @@ TEST_CASE("glTF skins: joints place the vertices, the node does not") {
   CHECK(assembly.uses[0].to_world.m == tools::Transform{}.m);
 }
 
+TEST_CASE("glTF skins: a skinned mesh does not follow its node, another use of the mesh does") {
+  const TempFolder folder;
+  GltfBuilder b;
+  b.add_mesh(b.add_positions(kTriangle));
+  b.json["scenes"] = {{{"nodes", {0}}}};
+  b.json["nodes"] = {{{"translation", {5, 0, 0}}, {"children", {1, 2}}},
+                     {{"mesh", 0}, {"skin", 0}, {"scale", {-2, 2, 2}}},
+                     {{"mesh", 0}}};
+  b.json["skins"] = {{{"joints", {0}}}};
+  const auto mesh = load(folder.write("a.gltf", b.embedded()));
+  CHECK(mesh.positions == Positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}});
+  CHECK(mesh.triangles == Triangles{{0, 1, 2}, {3, 4, 5}});
+}
+
 TEST_CASE("glTF skins: inverse bind matrices, joints below other nodes, turned normals") {
   // The joint turns by a quarter about z, at (5, 0, 0) below a node at (0, 0, 7).
   Skinned b({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, {2, 0, 0, 1, 0, 0, 1, 1, 0});

@@ -393,15 +393,3 @@ TEST_CASE("glTF: buffers that are not regular files are refused") {
                Contains(uri) && Contains("is not a regular file"));
   }
 }
-
-TEST_CASE("glTF: a skinned mesh does not follow its node") {
-  const TempFolder folder;
-  GltfBuilder b = triangle_file();
-  b.json["nodes"] = {{{"translation", {5, 0, 0}}, {"children", {1, 2}}},
-                     {{"mesh", 0}, {"skin", 0}, {"scale", {-2, 2, 2}}},
-                     {{"mesh", 0}}};
-  b.json["skins"] = {{{"joints", {0}}}};
-  const auto mesh = load(folder.write("a.gltf", b.embedded()));
-  CHECK(mesh.positions == Positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}});
-  CHECK(mesh.triangles == Triangles{{0, 1, 2}, {3, 4, 5}});
-}

@@ -247,13 +247,7 @@ TEST_CASE("Reader memory: queries, arrays of numpy, BVH files, parts") {
     const std::string bytes = read_file(path);
     return error_of(tools::decode_part_data(std::as_bytes(std::span(bytes)), *open_buffer(bvh.bytes())));
   });
-  const tools::ScenePart part{{"a.bvh", 9, std::string(32, '0')},
-                              {"a.data", 5, std::string(32, 'f')},
-                              2,
-                              {{0, 0, 0}, {1, 2, 3}},
-                              1.5f,
-                              2.0f,
-                              {{{0, 0, 0}, {1, 1, 1}}}};
+  const tools::ScenePart part = fuzz::described_part();
   check_bounded("parts.json", with_text_numbers(tools::to_json({"", 2, 4, true, {part, part}, part})),
                 [](const auto& path) { return error_of(tools::parse_part_manifest(read_file(path), path.string())); });
 }

@@ -21,7 +21,8 @@ struct GltfDeformation {
   std::vector<Transform> joints;  ///< Of the skin, from the mesh to the world; empty: no skin.
 };
 
-/// Whether each node may deform its mesh unlike other nodes: by a skin, or by weights of its own, also animated ones.
+/// For each node, whether it has a skin or morph weights, also animated ones. Then its mesh may have another shape than
+/// for other nodes.
 std::vector<bool> own_shapes(const tinygltf::Model& model);
 
 /// The deformation by a node, as the model's nodes are posed now.
