@@ -265,6 +265,19 @@ TEST_CASE("triangles that move look like those of their time that stand still") 
   }
 }
 
+TEST_CASE("a sphere that emits gives the same light beside a small lamp") {
+  const oracle::Mesh far = moved(floor_square(1e-3f), 0.0f, 50.0f, 0.0f);
+  const std::vector<oracle::Mesh> lamp_first{far, floor_square(4.0f)}, floor{floor_square(4.0f)};
+  const std::vector<ShapePoint> ball{{{0, 2, 0}, 1.0f}};
+  const PathTestScene alone = scene_with_balls(floor, ball, {clay(0.5f), lamp(10.0f)});
+  const PathTestScene beside = scene_with_balls(lamp_first, ball, {lamp(1.0f), clay(0.5f), lamp(10.0f)});
+  const PathOptions options{.width = 16, .height = 16, .samples = 64, .bounces = 1};
+  const Camera low{{0.1, 0.5, 0}, {0.1, 0, 0}, {0, 0, 1}, 0.02};
+  const double light = mean_of(trace_well(alone, data_of(alone, black), low, options)).x;
+  CHECK(light > 0.1);
+  CHECK(mean_of(trace_well(beside, data_of(beside, black), low, options)).x == Approx(light).epsilon(0.02));
+}
+
 TEST_CASE("the light of lamps that deform is found") {
   const std::vector<oracle::Mesh> floor{floor_square(4.0f)};
   const oracle::Mesh low = moved(floor_square(2.0f), 0.0f, 1.0f, 0.0f),

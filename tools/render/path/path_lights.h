@@ -152,7 +152,7 @@ class TriangleLights {
   /// Of sample() for a ray that has hit one. @param surface of the hit. @param squared distance.
   template <unsigned kLevels>
   HIPRT_HD float density(const PathSurface& surface, const InstancePath<kLevels>& path, const Ray& ray, float t) const {
-    if (empty()) return 0.0f;
+    if (empty() || surface.triangle == kNoTriangle) return 0.0f;
     const std::uint32_t number = arrays_.triangle_light.data[surface.triangle];
     const PathLightInstance* instance = number == kInvalidId ? nullptr : find_instance(path);
     if (instance == nullptr) return 0.0f;

@@ -14,6 +14,8 @@ namespace hiprt::tools {
 
 /// Index of a PathGeometry without texture coordinates or normals.
 inline constexpr std::uint64_t kNoVertices = ~std::uint64_t{0};
+/// Number of the triangle of a hit on a sphere or a curve.
+inline constexpr std::uint64_t kNoTriangle = ~std::uint64_t{0};
 
 /// A use of a texture. Texture coordinates (u, v), v down, become matrix * (u, v, 1) first.
 struct PathTextureUse {

@@ -20,7 +20,7 @@ struct PathSurface {
   float metallic = 0.0f, roughness = 1.0f;
   Vec3 emission{0.0f};
   std::uint32_t object = 0;
-  std::uint64_t triangle = 0;
+  std::uint64_t triangle = kNoTriangle;
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -136,7 +136,7 @@ HIPRT_HD inline bool has_texture(const PathTextureUse& use) { return use.texture
 /// Which of the scene's triangles was hit, or that it was a sphere or a curve.
 struct PathTriangle {
   const PathGeometry* geometry = nullptr;  ///< nullptr: nothing is known but the material.
-  std::uint64_t triangle = 0;
+  std::uint64_t triangle = kNoTriangle;
   std::uint32_t material = 0;
 
   HIPRT_HD PathTriangle(const PathGeometry& of, std::uint64_t number) : geometry(&of), triangle(number) {}
