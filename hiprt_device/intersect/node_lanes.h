@@ -16,14 +16,7 @@ HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(const QuantizedBoxNode& n
 /// The four children's planes of one axis. @param side 0 minimum, 1 maximum.
 template <class Lanes>
 HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const PlanesBoxNode& node, unsigned axis, unsigned side) {
-#if defined(__CUDA_ARCH__)
-  // Nodes are aligned, so the side is a bit of the address. This saves six 64-bit sums.
-  static_assert(kNodeGranularity % (2 * sizeof(node.plane[0][0])) == 0);
-  const std::uint64_t first = reinterpret_cast<std::uint64_t>(&node) | (side * sizeof(node.plane[0][0]));
-  return Lanes::load(reinterpret_cast<const PlanesBoxNode*>(first)->plane[axis][0]);
-#else
   return Lanes::load(node.plane[axis][side]);
-#endif
 }
 
 template <class Lanes>
@@ -78,6 +71,75 @@ HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const QuantizedBox
     return Lanes::from_bytes(bytes);
   }
 }
+
+/// The planes of one axis that a ray meets first, of four children.
+/// @param direction a word whose sign is that of the ray's direction along the axis.
+template <class Lanes, class Node>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const Node& node, unsigned axis, std::uint32_t direction) {
+  return load_planes<Lanes>(node, axis, direction >> 31);
+}
+/// Those that it meets last.
+template <class Lanes, class Node>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const Node& node, unsigned axis, std::uint32_t direction) {
+  return load_planes<Lanes>(node, axis, direction >> 31 ^ 1u);
+}
+
+#if defined(__CUDA_ARCH__)
+namespace node_lanes_detail {
+
+/// Nodes are aligned, so the side is a bit of the address. One instruction sets it.
+/// @tparam kTable of lop3.b32: (direction & 16) | address, or (~direction & 16) | address.
+template <unsigned kTable>
+HIPRT_HD HIPRT_FORCE_INLINE const float* planes_of(const PlanesBoxNode& node, unsigned axis, std::uint32_t direction) {
+  static_assert(kNodeGranularity % (2 * sizeof(node.plane[0][0])) == 0 && sizeof(node.plane[0][0]) == 16);
+  const auto address = reinterpret_cast<std::uint64_t>(&node);
+  std::uint32_t low;
+  asm("lop3.b32 %0, %1, 16, %2, %3;"
+      : "=r"(low)
+      : "r"(direction >> 27), "r"(static_cast<std::uint32_t>(address)), "n"(kTable));
+  return reinterpret_cast<const PlanesBoxNode*>((address & 0xffffffff00000000u) | low)->plane[axis][0];
+}
+
+/// Near planes in the low halves of four words, far planes in the high ones.
+HIPRT_HD HIPRT_FORCE_INLINE Words near_and_far(const HalfBoxNode& node, unsigned axis, std::uint32_t direction) {
+  const std::uint16_t* first = node.box[0].min;
+  const Words words[3] = {load_words(first), load_words(first + 8), load_words(first + 16)};
+  const bool down = direction >> 31 != 0;
+  // Of a box's three words {min x, min y}, {min z, max x}, {max y, max z}: two that have the axis.
+  const std::uint32_t bytes = axis == 1 ? (down ? 0x3254u : 0x5432u) : (down ? 0x1076u : 0x7610u);
+  const auto pick = [&](unsigned child) HIPRT_FORCE_INLINE_LAMBDA {
+    const unsigned i = 3 * child + (axis == 2 ? 1 : 0), j = 3 * child + (axis == 0 ? 1 : 2);
+    return __byte_perm(words[i / 4].word[i % 4], words[j / 4].word[j % 4], bytes);
+  };
+  return {{pick(0), pick(1), pick(2), pick(3)}};
+}
+
+}  // namespace node_lanes_detail
+
+template <class Lanes>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const PlanesBoxNode& node, unsigned axis,
+                                                            std::uint32_t direction) {
+  return Lanes::load(node_lanes_detail::planes_of<0xea>(node, axis, direction));
+}
+template <class Lanes>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const PlanesBoxNode& node, unsigned axis,
+                                                           std::uint32_t direction) {
+  return Lanes::load(node_lanes_detail::planes_of<0xae>(node, axis, direction));
+}
+template <class Lanes>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const HalfBoxNode& node, unsigned axis,
+                                                            std::uint32_t direction) {
+  const Words both = node_lanes_detail::near_and_far(node, axis, direction);
+  return Lanes::from_halves(both.word[0] & 0xffffu, both.word[1] & 0xffffu, both.word[2] & 0xffffu,
+                            both.word[3] & 0xffffu);
+}
+template <class Lanes>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const HalfBoxNode& node, unsigned axis,
+                                                           std::uint32_t direction) {
+  const Words both = node_lanes_detail::near_and_far(node, axis, direction);
+  return Lanes::from_halves(both.word[0] >> 16, both.word[1] >> 16, both.word[2] >> 16, both.word[3] >> 16);
+}
+#endif
 
 /// One coordinate of a leaf's four vertices.
 template <class Lanes>

@@ -32,10 +32,11 @@ template <class Backtrack> HIPRT_HD HIPRT_FORCE_INLINE void sort(Child& a, Child
 
 // Functors, because NVRTC treats generic lambdas as host code.
 
-/// Calls later() for all met children except the nearest, the farthest first.
+/// All met children except the nearest, as an argument of later_some().
 struct EachLater {
   const Child &farthest, &middle, &nearer;
 
+  /// Calls later(entry), the farthest first.
   template <class Later> HIPRT_HD HIPRT_FORCE_INLINE void operator()(Later&& later) const {
     if (farthest.enter < kMissed) later(make_entry(farthest.enter, farthest.ref));
     if (middle.enter < kMissed) later(make_entry(middle.enter, middle.ref));
@@ -43,32 +44,32 @@ struct EachLater {
   }
 };
 
-/// Calls later() for all met children except the first, the last first.
-template <class Lanes> struct EachMet {
-  const NodeRef (&child)[kBranching];
-  const BoxHits<Lanes>& hits;
-  NodeRef& first;
-
-  template <class Later> HIPRT_HD HIPRT_FORCE_INLINE void operator()(Later&& later) const {
-    add(3, later);
-    add(2, later);
-    add(1, later);
-    add(0, later);
+/// The same of children that are sorted, so that missed ones are the farthest.
+struct EachSorted : EachLater {
+  HIPRT_HD HIPRT_FORCE_INLINE unsigned count() const {
+    return (farthest.enter < kMissed ? 1u : 0u) + (middle.enter < kMissed ? 1u : 0u) +
+           (nearer.enter < kMissed ? 1u : 0u);
   }
-
- private:
-  template <class Later> HIPRT_HD HIPRT_FORCE_INLINE void add(unsigned i, Later&& later) const {
-    if (!hits.hit(i)) return;
-    if (first != kInvalidRef) later(first);
-    first = child[i];
+  /// Calls put(place, entry) with the places -1, -2 and -3, relative to the end of the stack when all are pushed.
+  template <class Put> HIPRT_HD HIPRT_FORCE_INLINE void put_below_end(Put&& put) const {
+    if (nearer.enter < kMissed) put(-1, make_entry(nearer.enter, nearer.ref));
+    if (middle.enter < kMissed) put(-2, make_entry(middle.enter, middle.ref));
+    if (farthest.enter < kMissed) put(-3, make_entry(farthest.enter, farthest.ref));
   }
 };
 
-template <class Backtrack>
-HIPRT_HD HIPRT_FORCE_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer,
-                                       Backtrack& backtrack) {
-  backtrack.later_some(EachLater{farthest, middle, nearer});
-}
+/// All met children except the first, as an argument of later_some().
+struct EachMet {
+  const NodeRef (&child)[kBranching];
+  const bool (&is_later)[kBranching];
+
+  /// Calls later(reference), the last first.
+  template <class Later> HIPRT_HD HIPRT_FORCE_INLINE void operator()(Later&& later) const {
+    if (is_later[3]) later(child[3]);
+    if (is_later[2]) later(child[2]);
+    if (is_later[1]) later(child[1]);
+  }
+};
 
 }  // namespace order_detail
 
@@ -146,7 +147,7 @@ struct NearFirst {
     order_detail::sort<Backtrack>(a, b);
     order_detail::sort<Backtrack>(c, d);
     order_detail::sort<Backtrack>(b, c);
-    leave(d, c, b, backtrack);
+    backtrack.later_some(EachSorted{{d, c, b}});
     return backtrack.follow(make_entry(a.enter, a.ref));
   }
 };
@@ -168,7 +169,7 @@ struct NearestFirst {
     order_detail::sort<Backtrack>(a, b);
     order_detail::sort<Backtrack>(c, d);
     order_detail::sort<Backtrack>(a, c);
-    leave(d, c, b, backtrack);
+    backtrack.later_some(EachLater{d, c, b});
     return backtrack.follow(make_entry(a.enter, a.ref));
   }
 };
@@ -183,9 +184,12 @@ struct Unordered {
                                                   Backtrack& backtrack) {
     if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar) {
-      NodeRef first = kInvalidRef;
-      backtrack.later_some(order_detail::EachMet<Lanes>{child, hits, first});
-      return backtrack.follow(first);
+      const bool first = hits.hit(0), first_two = first | hits.hit(1), first_three = first_two | hits.hit(2);
+      const bool is_later[kBranching] = {false, first && hits.hit(1), first_two && hits.hit(2),
+                                         first_three && hits.hit(3)};
+      backtrack.later_some(order_detail::EachMet{child, is_later});
+      const NodeRef of_two = choose(first, child[0], child[1]), of_others = choose(hits.hit(2), child[2], child[3]);
+      return backtrack.follow(choose(first_two, of_two, of_others));
     } else {
       std::uint32_t mask = hits.mask;
       const unsigned first = NearFirst::take(mask);

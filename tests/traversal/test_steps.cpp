@@ -143,7 +143,8 @@ std::vector<NodeRef> visited(const unsigned (&rank)[kBranching], std::uint32_t m
   const auto at = [&](unsigned i) { return 1.0f + static_cast<float>(rank[i]); };
   const BoxHits<Lanes> hits(Lanes::set(at(0), at(1), at(2), at(3)), Lanes::all(8.0f), met);
   PrivateStack<kBranching>::Memory memory;
-  BacktrackOf<PrivateStack<kBranching>, StackEntry> backtrack(PrivateStack<kBranching>::Storage(memory), kInvalidRef);
+  using Backtrack = BacktrackOf<PrivateStack<kBranching>, typename Order::Entry>;
+  Backtrack backtrack(PrivateStack<kBranching>::Storage(memory), kInvalidRef);
   std::vector<NodeRef> result;
   for (NodeRef next = Order::next(child, hits, backtrack); next != kInvalidRef; next = backtrack.pop(8.0f))
     result.push_back(next);
@@ -218,6 +219,17 @@ TEST_CASE("sorted children are pushed and popped in order, in every stack", "[st
   check_tiered_sorted<2, 9>(random);
   check_tiered_sorted<4, 16>(random);
   check_tiered_sorted<8, 9>(random);
+}
+
+TEMPLATE_TEST_CASE("Unordered visits the children that are met as they are stored", "", ArrayLanes, DefaultLanes) {
+  constexpr unsigned kRank[kBranching] = {2, 0, 3, 1};
+  for (unsigned met = 1; met < 1u << kBranching; ++met) {
+    CAPTURE(met);
+    std::vector<NodeRef> expected;
+    for (unsigned i = 0; i < kBranching; ++i)
+      if ((met >> i & 1u) != 0) expected.push_back(child_ref(i));
+    REQUIRE(visited<Unordered, TestType>(kRank, met) == expected);
+  }
 }
 
 TEMPLATE_TEST_CASE("the nearest child that is met comes first; NearFirst visits the others by their distance", "",

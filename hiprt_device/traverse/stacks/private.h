@@ -16,11 +16,12 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// it out of registers.
 template <unsigned kEntries = 192> struct PrivateStack {
   struct Memory {
-    StackEntry entries[kEntries + 1];  ///< The bottom entry is the first.
+    /// StackEntry or NodeRef side by side. The bottom entry is the first.
+    alignas(StackEntry) std::byte entries[(kEntries + 1) * sizeof(StackEntry)];
   };
 
   struct Storage : OverflowCount {
-    StackEntry* entries;
+    std::byte* entries;
 
     /// @param memory must live as long as the traversal.
     HIPRT_HD HIPRT_FORCE_INLINE Storage(Memory& memory, std::uint32_t* overflowed = nullptr)
@@ -31,15 +32,23 @@ template <unsigned kEntries = 192> struct PrivateStack {
    public:
     static constexpr bool kHasBottom = true;
 
-    HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {
+    HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage)
+        : entries_(reinterpret_cast<Entry*>(storage.entries)) {
       entries_[0] = bottom_entry<Entry>();
     }
-    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ <= kEntries + 1 - kMostPushed; }
     HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) { entries_[size_++] = entry; }
+    /// Computes one address for all entries of a node.
+    template <class Each> HIPRT_HD HIPRT_FORCE_INLINE void push_some(Each&& each) requires requires { each.count(); }
+    {
+      size_ += each.count();
+      Entry* const end = entries_ + size_;
+      each.put_below_end([&](int place, Entry entry) HIPRT_FORCE_INLINE_LAMBDA { end[place] = entry; });
+    }
     HIPRT_HD HIPRT_FORCE_INLINE Entry pop() {
       const unsigned top = size_ - 1;
       size_ = top > 1 ? top : 1;
-      return static_cast<Entry>(entries_[top]);
+      return entries_[top];
     }
     HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 1; }
     /// See StackBacktrack::mark().
@@ -47,7 +56,7 @@ template <unsigned kEntries = 192> struct PrivateStack {
     HIPRT_HD HIPRT_FORCE_INLINE void resize(unsigned size) { size_ = size; }
 
    private:
-    StackEntry* entries_;
+    Entry* entries_;
     unsigned size_ = 1;  ///< Includes the bottom entry.
   };
 };

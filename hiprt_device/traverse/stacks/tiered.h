@@ -28,14 +28,14 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
   static constexpr unsigned kEntriesPerThread = kShared;
 
   struct Memory {
-    StackEntry entries[kEntries + 1 - kShared];
+    alignas(StackEntry) std::byte entries[(kEntries + 1 - kShared) * sizeof(StackEntry)];
   };
 
   struct Storage : OverflowCount {
     StackEntry* block;  ///< kEntriesPerThread * threads entries of shared memory.
     unsigned thread;    ///< This thread's number in its block.
     unsigned threads;   ///< Number of threads of the block.
-    StackEntry* own;
+    std::byte* own;
 
     /// @param memory must live as long as the traversal.
     HIPRT_HD HIPRT_FORCE_INLINE Storage(StackEntry* block_entries, unsigned block_thread, unsigned block_threads,
@@ -57,7 +57,7 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
     HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage)
         : shared_(reinterpret_cast<Entry*>(storage.block) + storage.thread),
           threads_(storage.threads),
-          own_(storage.own) {
+          own_(reinterpret_cast<Entry*>(storage.own)) {
       store_shared(shared_, 0, bottom_entry<Entry>());
     }
     HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return top_ + kMostPushed <= kEntries; }
@@ -81,11 +81,11 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
       if constexpr (kReadsSharedAlways) {
         Entry entry = load_shared(shared_, (top < kInShared ? top : kInShared - 1) * threads_);
         if (top >= kInShared) [[unlikely]]
-          entry = static_cast<Entry>(own_[top - kInShared]);
+          entry = own_[top - kInShared];
         return entry;
       } else {
         if (top < kInShared) return load_shared(shared_, top * threads_);
-        return static_cast<Entry>(own_[top - kInShared]);
+        return own_[top - kInShared];
       }
     }
     HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return top_ == 0; }
@@ -124,7 +124,7 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
 
     Entry* shared_;
     unsigned threads_;
-    StackEntry* own_;
+    Entry* own_;
     unsigned top_ = 0;  ///< The number of the entry on top. 0 is the bottom.
   };
 };
