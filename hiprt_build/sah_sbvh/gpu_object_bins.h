@@ -94,13 +94,14 @@ struct ObjectSplit {
   std::uint32_t bin;   ///< First bin of the right side.
   float overlap;       ///< Half area of what both sides have in common.
   std::uint32_t left;  ///< References on the left side.
+  float left_area, right_area;
 };
 
 /// As find_best_split(). Lane i has the split before bin i. @param all the range's box.
 inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const ObjectBins& bins, const Box& all) {
   const unsigned lane = group.lane();
   LaneChoice best(SimdBox::kInfinity, 0);
-  float overlap = 0.0f;
+  float overlap = 0.0f, left_area = 0.0f, right_area = 0.0f;
   std::uint32_t count_of_best = 0;
   for (unsigned axis = 0; axis < 3; ++axis) {
     Box right = bins.box(axis, lane), left = lane > 0 ? bins.box(axis, lane - 1) : empty_box();
@@ -114,12 +115,20 @@ inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const Ob
       best = mine;
       overlap = overlap_area(left, right);
       count_of_best = left_count;
+      left_area = half_area(left);
+      right_area = half_area(right);
     }
   }
   best = best_of_lanes(group, best);
   const unsigned from = best.tie & 31u;
-  if (!best.exists()) return {SimdBox::kInfinity, ObjectSplit::kNoAxis, 0, half_area(all), 0};
-  return {best.value(), best.tie >> 5, from, from_lane(group, from, overlap), group.from(from, count_of_best)};
+  if (!best.exists()) return {SimdBox::kInfinity, ObjectSplit::kNoAxis, 0, half_area(all), 0, 0.0f, 0.0f};
+  return {best.value(),
+          best.tie >> 5,
+          from,
+          from_lane(group, from, overlap),
+          group.from(from, count_of_best),
+          from_lane(group, from, left_area),
+          from_lane(group, from, right_area)};
 }
 
 }  // namespace hiprt::build::kernels

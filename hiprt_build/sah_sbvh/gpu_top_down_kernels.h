@@ -178,14 +178,25 @@ static __global__ void __launch_bounds__(kGroupBlock) partition_ranges(TopDownTr
     const std::uint32_t size = range.size();
     SplitKind kind = range.kind;
     std::uint32_t left_count = size / 2, right_count = size - left_count;
+    float left_area = 0.0f, right_area = 0.0f;
     if (kind != SplitKind::kMedian) {
       const TaskCounts sum = sum_counts(group, tree.counts + range.first_task, (size - 1) / tree.task + 1);
       if (kind == SplitKind::kSpatial && (sum.spatial_left == 0 || sum.spatial_right == 0)) kind = SplitKind::kObject;
       if (kind == SplitKind::kObject && (sum.object_left == 0 || sum.object_left == size)) kind = SplitKind::kMedian;
-      if (kind == SplitKind::kObject) left_count = sum.object_left, right_count = size - left_count;
-      if (kind == SplitKind::kSpatial) left_count = sum.spatial_left, right_count = sum.spatial_right;
+      if (kind == SplitKind::kObject) {
+        left_count = sum.object_left;
+        right_count = size - left_count;
+        left_area = range.split.left_area;
+        right_area = range.split.right_area;
+      }
+      if (kind == SplitKind::kSpatial) {
+        left_count = sum.spatial_left;
+        right_count = sum.spatial_right;
+        left_area = half_area(range.spatial.left);
+        right_area = half_area(range.spatial.right);
+      }
     }
-    const Halves halves(range.begin, range.limit, left_count, right_count);
+    const Halves halves(range.begin, range.limit, left_count, right_count, left_area, right_area);
     const std::uint32_t node = halves.right_begin, depth = range.depth + 1;
     const std::uint32_t in_array = (level + 1) % 2 != 0 ? SmallRange::kOther : 0;
     const std::uint32_t left =

@@ -161,7 +161,7 @@ template <bool kSpatialSplits> class SmallBuilder {
   __device__ void choose(const SmallRange& range, Rule& rule) const {
     measure(range, rule);
     rule.kind = SplitKind::kMedian;
-    rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, SimdBox::kInfinity, 0};
+    rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, SimdBox::kInfinity, 0, 0.0f, 0.0f};
     if (is_deep(range.depth(), range.limit - range.begin)) return;
     if (!range.is(SmallRange::kTrySpatial)) choose_object(range, rule);
     if (kSpatialSplits && range.limit - range.begin > range.size() && rule.objects.overlap > least_overlap_)
@@ -174,21 +174,28 @@ template <bool kSpatialSplits> class SmallBuilder {
     Rule rule{};
     choose(range, rule);
     std::uint32_t left = 0, right = 0;
+    float left_area = 0.0f, right_area = 0.0f;
     if (kSpatialSplits && rule.kind == SplitKind::kSpatial) {
       left = count(range, rule, right);
       if (left == 0 || right == 0)
         rule.kind = rule.objects.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
     }
     if (kSpatialSplits && range.is(SmallRange::kTrySpatial) && rule.kind != SplitKind::kSpatial) return false;
+    if (kSpatialSplits && rule.kind == SplitKind::kSpatial) {
+      left_area = half_area(rule.spatial.left);
+      right_area = half_area(rule.spatial.right);
+    }
     if (rule.kind == SplitKind::kObject) {
       left = rule.objects.left;
       right = range.size() - left;
+      left_area = rule.objects.left_area;
+      right_area = rule.objects.right_area;
     }
     if (rule.kind == SplitKind::kMedian) {
       left = range.size() / 2;
       right = range.size() - left;
     }
-    const Halves halves(range.begin, range.limit, left, right);
+    const Halves halves(range.begin, range.limit, left, right, left_area, right_area);
     move(range, rule, halves);
     group_.sync();
     const std::uint32_t node = halves.right_begin;

@@ -121,11 +121,15 @@ struct TopDownTree {
 struct Halves {
   std::uint32_t left_end, right_begin, right_end;
 
-  __device__ Halves(std::uint32_t begin, std::uint32_t limit, std::uint32_t left_count, std::uint32_t right_count) {
+  /// @param left_area, right_area half the areas of their boxes.
+  __device__ Halves(std::uint32_t begin, std::uint32_t limit, std::uint32_t left_count, std::uint32_t right_count,
+                    float left_area, float right_area) {
     const std::uint32_t capacity = limit - begin - left_count - right_count;
     left_end = begin + left_count;
-    right_begin =
-        left_end + (capacity == 0 ? 0 : static_cast<std::uint32_t>(left_capacity(capacity, left_count, right_count)));
+    right_begin = left_end;
+    if (capacity != 0)
+      right_begin +=
+          static_cast<std::uint32_t>(left_capacity(capacity, {left_count, left_area}, {right_count, right_area}));
     right_end = right_begin + right_count;
   }
 };

@@ -183,7 +183,7 @@ template <bool kSpatialSplits> class WaveSweep {
     const unsigned lane = group_.lane();
     const bool splits = size() > 1;
     const unsigned middle = splits ? split.middle : lane;
-    const Halves halves(begin_, splits ? limit_ : begin_, middle - first_, last_ - middle);
+    const Halves halves(begin_, splits ? limit_ : begin_, middle - first_, last_ - middle, 0.0f, 0.0f);
     const std::uint32_t node = halves.right_begin;
     if (splits && lane == middle) {
       tree_.nodes[node].box = split.box;

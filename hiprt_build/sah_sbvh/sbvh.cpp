@@ -88,7 +88,7 @@ class SbvhBuilder {
   Halves split(const Range& range, const RangeBounds& bounds, unsigned depth) {
     const std::size_t count = range.size();
     if (depth + static_cast<unsigned>(std::bit_width(range.limit - range.begin)) >= kMaxDepth)
-      return place(range, count / 2);
+      return place(range, count / 2, bounds.box, bounds.box);
     if (count <= kSweepSize) return split_small(range, bounds);
     const BinMapping mapping(bounds.centers, count);
     const Bins bins = bin_references(engine_, span_of(range), mapping);
@@ -102,9 +102,10 @@ class SbvhBuilder {
     for (int i = 0; i < mapping.bins && best.axis >= 0; ++i) (i < best.bin ? left : right).add(bins.box[best.axis][i]);
     if (best.axis < 0) left = right = bounds.box;
     if (const auto halves = try_spatial_split(range, bounds.box, left, right, best.cost)) return *halves;
-    if (best.axis < 0) return place(range, count / 2);
+    if (best.axis < 0) return place(range, count / 2, left, right);
     const auto all = span_of(range);
-    return place(range, static_cast<std::size_t>(std::partition(all.begin(), all.end(), goes_left) - all.begin()));
+    const auto middle = std::partition(all.begin(), all.end(), goes_left);
+    return place(range, static_cast<std::size_t>(middle - all.begin()), left, right);
   }
 
   Halves split_small(const Range& range, const RangeBounds& bounds) {
@@ -115,13 +116,15 @@ class SbvhBuilder {
     const float cost = side_cost(left, static_cast<std::uint32_t>(left_count)) +
                        side_cost(right, static_cast<std::uint32_t>(all.size() - left_count));
     if (const auto halves = try_spatial_split(range, bounds.box, left, right, cost)) return *halves;
-    return place(range, left_count);
+    return place(range, left_count, left, right);
   }
 
   /// The first so many references are the left half; the right one moves behind the left one's share of the capacity.
-  Halves place(const Range& range, std::size_t left_count) {
+  /// @param left, right boxes of the halves.
+  Halves place(const Range& range, std::size_t left_count, const SimdBox& left, const SimdBox& right) {
     const std::size_t right_count = range.size() - left_count;
-    const std::size_t share = left_capacity(range.capacity(), left_count, right_count);
+    const std::size_t share =
+        left_capacity(range.capacity(), {left_count, half_area(left)}, {right_count, half_area(right)});
     const std::size_t left_end = range.begin + left_count, right_begin = left_end + share;
     for (std::size_t end = right_count; end > 0 && share > 0;) {
       const std::size_t begin = end - std::min(end, CpuEngine::kChunk);
@@ -180,7 +183,8 @@ class SbvhBuilder {
     if (left_count == 0 || right_count == 0) return std::nullopt;
     const std::span<const Reference> spare = spare_;
     engine_.copy(spare.subspan(range.begin, left_count), references_.subspan(range.begin, left_count));
-    const std::size_t right_at = left_end + left_capacity(right_begin - left_end, left_count, right_count);
+    const std::size_t right_at = left_end + left_capacity(right_begin - left_end, {left_count, half_area(split.left)},
+                                                          {right_count, half_area(split.right)});
     engine_.copy(spare.subspan(right_begin, right_count), references_.subspan(right_at, right_count));
     return Halves{{range.begin, left_end, right_at}, {right_at, right_at + right_count, range.limit}};
   }

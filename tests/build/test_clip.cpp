@@ -1,7 +1,7 @@
 // The parts of a cut triangle, by rational arithmetic: they hold every corner of the exact parts, and no more than that
-// and one float.
+// and one float. The capacity for cuts.
 
-#include <hiprt_build/presplit/clip.h>
+#include <hiprt_build/sah_sbvh/spatial_bins.h>
 #include <tests/oracle/exact.h>
 #include <tests/oracle/random.h>
 
@@ -87,4 +87,19 @@ TEST_CASE("parts of a cut triangle contain the exact parts and are tight", "[cli
     check_part(parts.right, exact_right);
   }
   CHECK(cuts > 3000);
+}
+
+TEST_CASE("halves share the capacity for cuts by the number and the length of their references") {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  CHECK(left_capacity(100, {30, 2}, {10, 2}) == 75);
+  CHECK(left_capacity(100, {10, 9}, {30, 1}) == 50);
+  CHECK(left_capacity(100, {10, 0}, {10, 1}) == 0);
+  CHECK(left_capacity(100, {10, 1}, {10, 0}) == 100);
+  // By the number, where areas say nothing.
+  CHECK(left_capacity(100, {30, 0}, {10, 0}) == 75);
+  CHECK(left_capacity(100, {30, kInfinity}, {10, kInfinity}) == 75);
+  CHECK(left_capacity(100, {30, kInfinity}, {10, 1}) == 75);
+  CHECK(left_capacity(100, {30, 1}, {10, kInfinity}) == 75);
+  CHECK(left_capacity(0, {30, 1}, {10, 1}) == 0);
+  CHECK(left_capacity(1u << 29, {1u << 29, 1e38f}, {1, 1e-38f}) <= 1u << 29);
 }
