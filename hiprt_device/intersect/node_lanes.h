@@ -78,7 +78,7 @@ template <class Lanes, class Node>
 HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const Node& node, unsigned axis, std::uint32_t direction) {
   return load_planes<Lanes>(node, axis, direction >> 31);
 }
-/// Those that it meets last.
+/// The planes that the ray meets last.
 template <class Lanes, class Node>
 HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const Node& node, unsigned axis, std::uint32_t direction) {
   return load_planes<Lanes>(node, axis, direction >> 31 ^ 1u);
