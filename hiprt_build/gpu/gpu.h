@@ -12,3 +12,4 @@
 #include <hiprt_build/gpu/launch.h>
 #include <hiprt_build/gpu/replicate.h>
 #include <hiprt_build/gpu/scene.h>
+#include <hiprt_build/gpu/tune.h>

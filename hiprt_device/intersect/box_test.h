@@ -109,9 +109,9 @@ template <class Lanes> struct RaySlabs {
   HIPRT_HD HIPRT_FORCE_INLINE bool is_down(unsigned axis) const {
     return std::bit_cast<std::int32_t>(Lanes::value(rcp[axis])) < 0;
   }
-  /// A word with the sign of the direction: if it is set, the ray meets the maximum plane first.
-  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t direction_bits(unsigned axis) const {
-    return std::bit_cast<std::uint32_t>(Lanes::value(rcp[axis]));
+  /// The plane that the ray meets first: 0 minimum, 1 maximum.
+  HIPRT_HD HIPRT_FORCE_INLINE unsigned near_side(unsigned axis) const {
+    return std::bit_cast<std::uint32_t>(Lanes::value(rcp[axis])) >> 31;
   }
 
   /// Raises direction components below 2^-26 of the largest to that value, for boxes only.
@@ -281,11 +281,20 @@ HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, con
   const NodeSlabs<Lanes, Node> slabs(node, ray);
   // Not a loop over arrays: GCC would keep the loop, and the arrays in memory.
   const auto enter = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
-    return Lanes::madd(load_near<Lanes>(node, axis, ray.direction_bits(axis)), slabs.rcp(axis),
-                       slabs.near_offset(axis));
+#if defined(__CUDA_ARCH__)
+    const auto planes = load_near<Lanes>(node, axis, Lanes::value(ray.rcp[axis]));
+#else
+    const auto planes = load_planes<Lanes>(node, axis, ray.near_side(axis));
+#endif
+    return Lanes::madd(planes, slabs.rcp(axis), slabs.near_offset(axis));
   };
   const auto leave = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
-    return Lanes::madd(load_far<Lanes>(node, axis, ray.direction_bits(axis)), slabs.rcp(axis), slabs.far_offset(axis));
+#if defined(__CUDA_ARCH__)
+    const auto planes = load_far<Lanes>(node, axis, Lanes::value(ray.rcp[axis]));
+#else
+    const auto planes = load_planes<Lanes>(node, axis, ray.near_side(axis) ^ 1u);
+#endif
+    return Lanes::madd(planes, slabs.rcp(axis), slabs.far_offset(axis));
   };
   const auto first = Lanes::first_in(enter(0), enter(1), enter(2), tmin);
   const auto last = Lanes::last_in(leave(0), leave(1), leave(2), tmax);

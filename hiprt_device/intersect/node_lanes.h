@@ -72,39 +72,27 @@ HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const QuantizedBox
   }
 }
 
-/// The planes of one axis that a ray meets first, of four children.
-/// @param direction a word whose sign is that of the ray's direction along the axis.
-template <class Lanes, class Node>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const Node& node, unsigned axis, std::uint32_t direction) {
-  return load_planes<Lanes>(node, axis, direction >> 31);
-}
-/// The planes that the ray meets last.
-template <class Lanes, class Node>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const Node& node, unsigned axis, std::uint32_t direction) {
-  return load_planes<Lanes>(node, axis, direction >> 31 ^ 1u);
-}
-
 #if defined(__CUDA_ARCH__)
 namespace node_lanes_detail {
 
 /// Nodes are aligned, so the side is a bit of the address. One instruction sets it.
-/// @tparam kTable of lop3.b32: (direction & 16) | address, or (~direction & 16) | address.
+/// @tparam kTable of lop3.b32: (word & 16) | address, or (~word & 16) | address. @param direction its sign is that bit.
 template <unsigned kTable>
-HIPRT_HD HIPRT_FORCE_INLINE const float* planes_of(const PlanesBoxNode& node, unsigned axis, std::uint32_t direction) {
+HIPRT_HD HIPRT_FORCE_INLINE const float* planes_of(const PlanesBoxNode& node, unsigned axis, float direction) {
   static_assert(kNodeGranularity % (2 * sizeof(node.plane[0][0])) == 0 && sizeof(node.plane[0][0]) == 16);
   const auto address = reinterpret_cast<std::uint64_t>(&node);
   std::uint32_t low;
   asm("lop3.b32 %0, %1, 16, %2, %3;"
       : "=r"(low)
-      : "r"(direction >> 27), "r"(static_cast<std::uint32_t>(address)), "n"(kTable));
+      : "r"(std::bit_cast<std::uint32_t>(direction) >> 27), "r"(static_cast<std::uint32_t>(address)), "n"(kTable));
   return reinterpret_cast<const PlanesBoxNode*>((address & 0xffffffff00000000u) | low)->plane[axis][0];
 }
 
 /// Near planes in the low halves of four words, far planes in the high ones.
-HIPRT_HD HIPRT_FORCE_INLINE Words near_and_far(const HalfBoxNode& node, unsigned axis, std::uint32_t direction) {
+HIPRT_HD HIPRT_FORCE_INLINE Words near_and_far(const HalfBoxNode& node, unsigned axis, float direction) {
   const std::uint16_t* first = node.box[0].min;
   const Words words[3] = {load_words(first), load_words(first + 8), load_words(first + 16)};
-  const bool down = direction >> 31 != 0;
+  const bool down = std::bit_cast<std::int32_t>(direction) < 0;
   // Of a box's three words {min x, min y}, {min z, max x}, {max y, max z}: two that have the axis.
   const std::uint32_t bytes = axis == 1 ? (down ? 0x3254u : 0x5432u) : (down ? 0x1076u : 0x7610u);
   const auto pick = [&](unsigned child) HIPRT_FORCE_INLINE_LAMBDA {
@@ -116,26 +104,33 @@ HIPRT_HD HIPRT_FORCE_INLINE Words near_and_far(const HalfBoxNode& node, unsigned
 
 }  // namespace node_lanes_detail
 
+/// The planes of one axis that a ray meets first, of four children. @param direction of the ray along the axis.
+template <class Lanes, class Node>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const Node& node, unsigned axis, float direction) {
+  return load_planes<Lanes>(node, axis, std::bit_cast<std::uint32_t>(direction) >> 31);
+}
 template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const PlanesBoxNode& node, unsigned axis,
-                                                            std::uint32_t direction) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const PlanesBoxNode& node, unsigned axis, float direction) {
   return Lanes::load(node_lanes_detail::planes_of<0xea>(node, axis, direction));
 }
 template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const PlanesBoxNode& node, unsigned axis,
-                                                           std::uint32_t direction) {
-  return Lanes::load(node_lanes_detail::planes_of<0xae>(node, axis, direction));
-}
-template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const HalfBoxNode& node, unsigned axis,
-                                                            std::uint32_t direction) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const HalfBoxNode& node, unsigned axis, float direction) {
   const Words both = node_lanes_detail::near_and_far(node, axis, direction);
   return Lanes::from_halves(both.word[0] & 0xffffu, both.word[1] & 0xffffu, both.word[2] & 0xffffu,
                             both.word[3] & 0xffffu);
 }
+
+/// The planes that the ray meets last.
+template <class Lanes, class Node>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const Node& node, unsigned axis, float direction) {
+  return load_planes<Lanes>(node, axis, std::bit_cast<std::uint32_t>(direction) >> 31 ^ 1u);
+}
 template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const HalfBoxNode& node, unsigned axis,
-                                                           std::uint32_t direction) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const PlanesBoxNode& node, unsigned axis, float direction) {
+  return Lanes::load(node_lanes_detail::planes_of<0xae>(node, axis, direction));
+}
+template <class Lanes>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const HalfBoxNode& node, unsigned axis, float direction) {
   const Words both = node_lanes_detail::near_and_far(node, axis, direction);
   return Lanes::from_halves(both.word[0] >> 16, both.word[1] >> 16, both.word[2] >> 16, both.word[3] >> 16);
 }

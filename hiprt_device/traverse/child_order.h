@@ -3,6 +3,7 @@
 /// and pushes the others (stack.h).
 
 #include <hiprt_device/intersect/box_test.h>
+#include <hiprt_device/intersect/candidate.h>
 #include <hiprt_device/traverse/stacks/stack.h>
 
 namespace hiprt {

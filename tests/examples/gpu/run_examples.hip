@@ -18,6 +18,7 @@
 #include <tests/examples/rolling_stack_host.hip>
 #include <tests/examples/spheres_and_curves_host.hip>
 #include <tests/examples/tiered_stack.hip>
+#include <tests/examples/tune.hip>
 
 #include <algorithm>
 #include <cmath>
@@ -158,7 +159,10 @@ int check_stacks(const Scene& soup, Work& work) {
 
   auto counters = cleared<unsigned>(2);
   start(trace_persistent, 8u, scene, rays, hits, kCount, counters.data(), counters.data() + 1);
-  return faults + compare("persistent", work.hits, work.expected, same);
+  faults += compare("persistent", work.hits, work.expected, same);
+  gpu::Tuner tuner;
+  must(trace_fastest(tuner, "random rays", scene, rays, hits, kCount, nullptr));
+  return faults + compare("tuned", work.hits, work.expected, same);
 }
 
 /// The instruction's triangle test has its own rounding. On GPUs without the instruction both kernels have the host's
