@@ -45,6 +45,18 @@ TEST_CASE("memory, copies and scenes of files") {
   });
 }
 
+TEST_CASE("choices of the fastest of several launches") {
+  check_every_call("Tuner", [&](Allocation& allocator) -> gpu::Result<Bytes> {
+    auto array = gpu::DeviceArray<std::byte>::make(100, nullptr, allocator);
+    if (!array) return tl::unexpected(array.error());
+    gpu::Tuner tuner;
+    const auto fastest =
+        tuner.choose("fills", 3, nullptr, [&](unsigned) { return array->fill(std::byte{3}, nullptr); });
+    if (!fastest) return tl::unexpected(fastest.error());
+    return array->to_vector(nullptr);
+  });
+}
+
 TEST_CASE("builds of scenes") { check_builder({.builder = build::Builder::kHploc}); }
 
 TEST_CASE("other builders") {
