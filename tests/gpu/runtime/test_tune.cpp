@@ -4,6 +4,7 @@
 #include <hiprt_build/gpu/launch.h>
 #include <hiprt_build/gpu/tune.h>
 #include <tests/gpu/kernels.h>
+#include <tests/gpu/recorder.h>
 #include <tests/gpu/results.h>
 
 using namespace hiprt;
