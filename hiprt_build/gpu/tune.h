@@ -8,7 +8,7 @@
 ///     const auto fastest = tuner.choose("shadow", kernels.size(), stream, start);
 ///     if (fastest) start(*fastest);
 ///
-/// Which schedule, stack or order is fastest depends on the GPU, the scene and the rays (docs/POLICIES.md#schedules).
+/// Which schedule, stack or order is fastest depends on the GPU, the scene and the rays (docs/POLICIES.md).
 
 #include <hiprt_build/gpu/device.h>
 #include <hiprt_build/gpu/event.h>

@@ -74,10 +74,11 @@ struct Scene {
         device(must(gpu::upload_scene(std::as_const(bvh.buffer).bytes(), nullptr, allocator()))) {}
 };
 
+/// Without spatial splits: any hits of a triangle in several leaves would count more than once.
 Scene soup_scene(hiprt::NodeLayout layout) {
   const hiprt::oracle::Mesh mesh = hiprt::oracle::soup(2000, 0.2, kSeed);
   const std::array<build::TriangleMesh, 1> meshes{mesh.view()};
-  return Scene(build::build(meshes, {.nodes = layout}));
+  return Scene(build::build(meshes, {.builder = build::Builder::kHploc, .nodes = layout}));
 }
 
 std::vector<Ray> random_rays() {

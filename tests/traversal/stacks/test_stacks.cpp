@@ -55,7 +55,7 @@ template <unsigned N, unsigned M> auto storage(TieredStack<N, M>, ThreadStacks& 
   using Stack = TieredStack<N, M>;
   typename Stack::Memory own;
   typename Stack::Storage made(stacks.block.data(), 1, kThreads, own, &stacks.overflows);
-  made.own = stacks.own.data();
+  made.own = reinterpret_cast<std::byte*>(stacks.own.data());
   return made;
 }
 template <unsigned N> auto storage(RollingStack<N>, ThreadStacks& stacks, std::uint32_t capacity) {
