@@ -90,11 +90,11 @@ struct ObjectSplit {
   static constexpr std::uint32_t kNoAxis = 3;
 
   float cost;
-  std::uint32_t axis;  ///< kNoAxis: there is none.
-  std::uint32_t bin;   ///< First bin of the right side.
-  float overlap;       ///< Half area of what both sides have in common.
-  std::uint32_t left;  ///< References on the left side.
-  float left_area, right_area;
+  std::uint32_t axis;           ///< kNoAxis: there is none.
+  std::uint32_t bin;            ///< First bin of the right side.
+  float overlap;                ///< Half area of what both sides have in common.
+  std::uint32_t left;           ///< References on the left side.
+  float left_area, right_area;  ///< Half the areas of the boxes of the sides.
 };
 
 /// As find_best_split(). Lane i has the split before bin i. @param all the range's box.

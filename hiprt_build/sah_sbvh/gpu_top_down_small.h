@@ -177,14 +177,12 @@ template <bool kSpatialSplits> class SmallBuilder {
     float left_area = 0.0f, right_area = 0.0f;
     if (kSpatialSplits && rule.kind == SplitKind::kSpatial) {
       left = count(range, rule, right);
+      left_area = half_area(rule.spatial.left);
+      right_area = half_area(rule.spatial.right);
       if (left == 0 || right == 0)
         rule.kind = rule.objects.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
     }
     if (kSpatialSplits && range.is(SmallRange::kTrySpatial) && rule.kind != SplitKind::kSpatial) return false;
-    if (kSpatialSplits && rule.kind == SplitKind::kSpatial) {
-      left_area = half_area(rule.spatial.left);
-      right_area = half_area(rule.spatial.right);
-    }
     if (rule.kind == SplitKind::kObject) {
       left = rule.objects.left;
       right = range.size() - left;
@@ -194,6 +192,7 @@ template <bool kSpatialSplits> class SmallBuilder {
     if (rule.kind == SplitKind::kMedian) {
       left = range.size() / 2;
       right = range.size() - left;
+      left_area = right_area = 0.0f;
     }
     const Halves halves(range.begin, range.limit, left, right, left_area, right_area);
     move(range, rule, halves);

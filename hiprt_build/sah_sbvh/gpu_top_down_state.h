@@ -121,7 +121,7 @@ struct TopDownTree {
 struct Halves {
   std::uint32_t left_end, right_begin, right_end;
 
-  /// @param left_area, right_area half the areas of their boxes.
+  /// @param left_area, right_area half the areas of their boxes; 0 and 0 share the capacity by the counts alone.
   __device__ Halves(std::uint32_t begin, std::uint32_t limit, std::uint32_t left_count, std::uint32_t right_count,
                     float left_area, float right_area) {
     const std::uint32_t capacity = limit - begin - left_count - right_count;

@@ -282,7 +282,7 @@ HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, con
   // Not a loop over arrays: GCC would keep the loop, and the arrays in memory.
   const auto enter = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
 #if defined(__CUDA_ARCH__)
-    const auto planes = load_near<Lanes>(node, axis, Lanes::value(ray.rcp[axis]));
+    const auto planes = load_side<Lanes, false>(node, axis, Lanes::value(ray.rcp[axis]));
 #else
     const auto planes = load_planes<Lanes>(node, axis, ray.near_side(axis));
 #endif
@@ -290,7 +290,7 @@ HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, con
   };
   const auto leave = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
 #if defined(__CUDA_ARCH__)
-    const auto planes = load_far<Lanes>(node, axis, Lanes::value(ray.rcp[axis]));
+    const auto planes = load_side<Lanes, true>(node, axis, Lanes::value(ray.rcp[axis]));
 #else
     const auto planes = load_planes<Lanes>(node, axis, ray.near_side(axis) ^ 1u);
 #endif

@@ -76,10 +76,12 @@ HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const QuantizedBox
 namespace node_lanes_detail {
 
 /// Nodes are aligned, so the side is a bit of the address. One instruction sets it.
-/// @tparam kTable of lop3.b32: (word & 16) | address, or (~word & 16) | address. @param direction its sign is that bit.
-template <unsigned kTable>
+template <bool kFar>
 HIPRT_HD HIPRT_FORCE_INLINE const float* planes_of(const PlanesBoxNode& node, unsigned axis, float direction) {
   static_assert(kNodeGranularity % (2 * sizeof(node.plane[0][0])) == 0 && sizeof(node.plane[0][0]) == 16);
+  // Truth tables of lop3.b32: (word & 16) | address, and (~word & 16) | address. The sign is moved to bit 4 of the
+  // word.
+  constexpr unsigned kTable = kFar ? 0xae : 0xea;
   const auto address = reinterpret_cast<std::uint64_t>(&node);
   std::uint32_t low;
   asm("lop3.b32 %0, %1, 16, %2, %3;"
@@ -104,35 +106,23 @@ HIPRT_HD HIPRT_FORCE_INLINE Words near_and_far(const HalfBoxNode& node, unsigned
 
 }  // namespace node_lanes_detail
 
-/// The planes of one axis that a ray meets first, of four children. @param direction of the ray along the axis.
-template <class Lanes, class Node>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const Node& node, unsigned axis, float direction) {
-  return load_planes<Lanes>(node, axis, std::bit_cast<std::uint32_t>(direction) >> 31);
+/// The planes of one axis that a ray meets first or last (kFar), of four children. @param direction of the ray along
+/// the axis.
+template <class Lanes, bool kFar, class Node>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const Node& node, unsigned axis, float direction) {
+  return load_planes<Lanes>(node, axis, std::bit_cast<std::uint32_t>(direction) >> 31 ^ (kFar ? 1u : 0u));
 }
-template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const PlanesBoxNode& node, unsigned axis, float direction) {
-  return Lanes::load(node_lanes_detail::planes_of<0xea>(node, axis, direction));
+template <class Lanes, bool kFar>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const PlanesBoxNode& node, unsigned axis, float direction) {
+  return Lanes::load(node_lanes_detail::planes_of<kFar>(node, axis, direction));
 }
-template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_near(const HalfBoxNode& node, unsigned axis, float direction) {
+template <class Lanes, bool kFar>
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const HalfBoxNode& node, unsigned axis, float direction) {
   const Words both = node_lanes_detail::near_and_far(node, axis, direction);
-  return Lanes::from_halves(both.word[0] & 0xffffu, both.word[1] & 0xffffu, both.word[2] & 0xffffu,
-                            both.word[3] & 0xffffu);
-}
-
-/// The planes that the ray meets last.
-template <class Lanes, class Node>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const Node& node, unsigned axis, float direction) {
-  return load_planes<Lanes>(node, axis, std::bit_cast<std::uint32_t>(direction) >> 31 ^ 1u);
-}
-template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const PlanesBoxNode& node, unsigned axis, float direction) {
-  return Lanes::load(node_lanes_detail::planes_of<0xae>(node, axis, direction));
-}
-template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_far(const HalfBoxNode& node, unsigned axis, float direction) {
-  const Words both = node_lanes_detail::near_and_far(node, axis, direction);
-  return Lanes::from_halves(both.word[0] >> 16, both.word[1] >> 16, both.word[2] >> 16, both.word[3] >> 16);
+  const auto half = [&](unsigned child) HIPRT_FORCE_INLINE_LAMBDA {
+    return kFar ? both.word[child] >> 16 : both.word[child] & 0xffffu;
+  };
+  return Lanes::from_halves(half(0), half(1), half(2), half(3));
 }
 #endif
 
