@@ -19,17 +19,19 @@ template <bool kClosest> class CoherentSearch {
 
  public:
   HIPRT_FORCE_INLINE CoherentSearch(const SceneView& scene, const Ray* rays, const CoherentRays& prepared)
-      : scene_(&scene), rays_(rays), prepared_(prepared), limit_(prepared.limit), stack_(HostRef(scene.host->nodes)) {
+      : scene_(&scene), rays_(rays), prepared_(prepared), limit_(prepared.limit) {
     set_limit();
   }
 
   HIPRT_FORCE_INLINE void run(Hit* hits) {
+    Place& at = place_;
+    at = stack_.start(HostRef(scene_->host->nodes));
     for (;;) {
-      while (stack_.next.is_node()) visit();
-      if (stack_.next.is_none()) break;
-      test_leaves();
+      while (at.next.is_node()) visit(at);
+      if (at.next.is_none()) break;
+      test_leaves(at.next);
       if (!kClosest && left_ == 0) break;
-      stack_.pop(limit_of_all_);
+      at.pop(limit_of_all_);
     }
     alignas(32) float t[kCoherentRays], u[kCoherentRays], v[kCoherentRays];
     alignas(32) std::uint32_t number[kCoherentRays];
@@ -42,14 +44,16 @@ template <bool kClosest> class CoherentSearch {
   }
 
  private:
-  HIPRT_FORCE_INLINE void visit() {
-    const HostNode& node = *stack_.next.node();
+  using Place = typename HostStack<kClosest>::Place;
+
+  HIPRT_FORCE_INLINE void visit(Place& at) {
+    const HostNode& node = *at.next.node();
     HostBoxes boxes = meet_boxes(node);
     for (std::uint32_t left = boxes.met; left != 0;) {
       const unsigned child = take_lowest(left);
       if (!meets_box(node, child)) boxes.met ^= 1u << child;
     }
-    stack_.visit(node, boxes, limit_of_all_);
+    at.visit(node, boxes, limit_of_all_);
   }
 
   /// The children that the frustum meets.
@@ -83,9 +87,9 @@ template <bool kClosest> class CoherentSearch {
     return (Lanes::less_equal(first, last) & left_) != 0;
   }
 
-  HIPRT_FORCE_INLINE void test_leaves() {
-    const PlanesLeaf* leaf = stack_.next.leaves();
-    unsigned left = stack_.next.is_long_run() ? ~0u : stack_.next.leaf_count();
+  HIPRT_FORCE_INLINE void test_leaves(HostRef leaves) {
+    const PlanesLeaf* leaf = leaves.leaves();
+    unsigned left = leaves.is_long_run() ? ~0u : leaves.leaf_count();
     for (;; ++leaf) {
       test_leaf(*leaf);
       if (left == ~0u ? (leaf->info.geometry_and_flags & kLastInRun) != 0 : --left == 0) break;
@@ -188,9 +192,10 @@ template <bool kClosest> class CoherentSearch {
   const CoherentRays& prepared_;
   Float limit_;                                        ///< The part of each ray that is left.
   Float t_{}, u_{}, v_{}, number_ = Lanes::all(0.0f);  ///< The hits: number_of() as bits.
+  std::uint32_t left_ = 0xffu;                         ///< Rays that search. Closest hits: all.
+  float limit_of_all_;                                 ///< The largest of limit_.
   HostStack<kClosest> stack_;
-  std::uint32_t left_ = 0xffu;  ///< Rays that search. Closest hits: all.
-  float limit_of_all_;          ///< The largest of limit_.
+  Place place_;
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

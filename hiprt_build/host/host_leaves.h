@@ -94,15 +94,35 @@ struct LeafEdges {
   /// other lanes are not used.
   HIPRT_FORCE_INLINE WideLanes::Float other() const { return WideLanes::shuffle<3, 2, 2, 3>(around); }
 
-  /// Bit 4 h + i: no edge function of triangle i of leaf h is certainly positive, or none certainly negative. A NaN
-  /// counts as neither, or hides others: then the triangle is met, and meet_again() decides.
-  HIPRT_FORCE_INLINE std::uint32_t triangles_met() const {
+  /// Bit 4 h + i: triangle i of leaf h may be hit. No edge function is certainly positive, or none certainly negative;
+  /// and the depth of the hit is not certainly less than that of tmin. A NaN counts as neither, or hides others: then
+  /// the triangle is met, and meet_again() decides. Most triangles whose line a short ray meets lie behind it.
+  ///
+  /// With u = 2^-24: the depth t dz is n / d, n the sum of edge functions times depths, d the sum of edge functions.
+  /// The edge functions of a triangle that is met have one sign. So n / d, as it is computed here or by Watertight, is
+  /// off by at most 8 u times the largest depth of a vertex, and near n / d so is tmin dz by 2 u. 32 u are allowed.
+  /// HostRay::slack covers what edge functions of up to kTiny, whose signs are not certain, add to n, and underflow.
+  /// Below 2^40 units of reach nothing overflows: an edge function is at most 8 reach^2. Beyond, slack is infinite.
+  HIPRT_FORCE_INLINE std::uint32_t triangles_met(const HostRay& ray) const {
     using Lanes = WideLanes;
-    const auto most = Lanes::max(Lanes::max(around, other()), shared);
-    const auto least = Lanes::min(Lanes::min(around, other()), shared);
-    return (Lanes::greater(most, Lanes::all(Watertight::kTiny)) &
-            Lanes::greater(Lanes::all(-Watertight::kTiny), least)) ^
-           0xffu;
+    const auto third = other();
+    const auto most = Lanes::max(Lanes::max(around, third), shared);
+    const auto least = Lanes::min(Lanes::min(around, third), shared);
+    const auto mixed = Lanes::both(Lanes::lanes_greater(most, Lanes::all(Watertight::kTiny)),
+                                   Lanes::lanes_greater(Lanes::all(-Watertight::kTiny), least));
+
+    const auto n =
+        Lanes::fma(around, Lanes::shuffle<2, 2, 2, 2>(z),
+                   Lanes::fma(third, Lanes::shuffle<1, 1, 1, 1>(z), Lanes::mul(shared, Lanes::shuffle<0, 3, 0, 3>(z))));
+    const auto d = Lanes::add(Lanes::add(around, third), shared);
+    // Times |dz| / dz.
+    const auto depth = Lanes::flip_sign(n, Lanes::exclusive_or(d, Lanes::all(ray.dz)));
+    const auto away = Lanes::magnitude(z), farther = Lanes::max(away, Lanes::shuffle<2, 3, 0, 1>(away));
+    const auto margin = Lanes::mul(Lanes::max(farther, Lanes::shuffle<1, 0, 3, 2>(farther)), Lanes::all(0x1p-19f));
+    const auto behind = Lanes::lanes_greater(
+        Lanes::fma(Lanes::magnitude(d), Lanes::sub(Lanes::all(ray.least_depth), margin), Lanes::all(-ray.slack)),
+        depth);
+    return Lanes::bits_of(Lanes::either(mixed, behind)) ^ 0xffu;
   }
   /// The triangles that floats decide: all signs are certain, and no sum overflows. A NaN is not certain.
   HIPRT_FORCE_INLINE std::uint32_t triangles_quick() const {
@@ -125,7 +145,7 @@ HIPRT_FORCE_INLINE bool meet_leaves(const PlanesLeaf* leaves, unsigned count, co
                                     Accept&& accept) {
   using namespace host_leaves_detail;
   const LeafEdges edges(leaves, leaves + (count - 1), prepared);
-  std::uint32_t met = edges.triangles_met() & (count == 1 ? 0x3u : 0x33u);
+  std::uint32_t met = edges.triangles_met(prepared) & (count == 1 ? 0x3u : 0x33u);
   if (met == 0) return true;
   const std::uint32_t quick = edges.triangles_quick();
   alignas(32) float weight_at[16], depth_at[8];

@@ -44,12 +44,19 @@ template <bool kClosest> class HostSearch {
   HIPRT_FORCE_INLINE HostSearch(const SceneView& scene, const Ray& ray)
       : scene_(&scene),
         ray_(&ray),
-        stack_(prepare(*scene.host, ray, prepared_) ? HostRef(scene.host->nodes) : HostRef::none()) {}
+        place_(stack_.start(prepare(*scene.host, ray, prepared_) ? HostRef(scene.host->nodes) : HostRef::none())) {}
 
   HIPRT_FORCE_INLINE Hit run() {
+    Place at = place_;
     for (;;) {
-      while (stack_.next.is_node()) visit();
-      if (stack_.next.is_none() || !test_leaves()) break;
+      if (at.next.is_node()) {
+        // In registers, as no leaf is tested here.
+        const HostSlabs slabs = prepared_.slabs;
+        const float limit = prepared_.limit;
+        do visit(slabs, limit, at);
+        while (at.next.is_node());
+      }
+      if (at.next.is_none() || !test_leaves(at)) break;
     }
     return hit();
   }
@@ -57,9 +64,9 @@ template <bool kClosest> class HostSearch {
   /// Visits a node, or tests leaves. Then other rays are traced while memory is read for this one.
   /// @return false: the search has ended.
   HIPRT_FORCE_INLINE bool step() {
-    if (stack_.next.is_node())
-      visit();
-    else if (stack_.next.is_none() || !test_leaves())
+    if (place_.next.is_node())
+      visit(prepared_.slabs, prepared_.limit, place_);
+    else if (place_.next.is_none() || !test_leaves(place_))
       return false;
     return true;
   }
@@ -67,27 +74,29 @@ template <bool kClosest> class HostSearch {
   HIPRT_FORCE_INLINE Hit hit() const { return host_hit<kClosest>(*ray_, t_, u_, v_, found_); }
 
  private:
-  HIPRT_FORCE_INLINE void visit() {
-    const HostNode& node = *stack_.next.node();
-    stack_.visit(node, meet_boxes(node), prepared_.limit);
+  using Place = typename HostStack<kClosest>::Place;
+
+  HIPRT_FORCE_INLINE static void visit(const HostSlabs& slabs, float limit, Place& at) {
+    const HostNode& node = *at.next.node();
+    at.visit(node, meet_boxes(node, slabs), limit);
   }
-  HIPRT_FORCE_INLINE HostBoxes meet_boxes(const HostNode& node) const {
+  HIPRT_FORCE_INLINE static HostBoxes meet_boxes(const HostNode& node, const HostSlabs& slabs) {
     const char* const first_plane = reinterpret_cast<const char*>(&node);
     const auto planes = [&](std::size_t at) { return Lanes::load(reinterpret_cast<const float*>(first_plane + at)); };
     const auto enter = [&](unsigned k) {
-      return Lanes::fma(planes(prepared_.near_planes[k]), prepared_.rcp[k], prepared_.near_offset[k]);
+      return Lanes::fma(planes(slabs.near_planes[k]), slabs.rcp[k], slabs.near_offset[k]);
     };
     const auto leave = [&](unsigned k) {
-      return Lanes::fma(planes(far_planes(prepared_.near_planes[k])), prepared_.rcp[k], prepared_.far_offset[k]);
+      return Lanes::fma(planes(far_planes(slabs.near_planes[k])), slabs.rcp[k], slabs.far_offset[k]);
     };
-    const auto first = Lanes::first_in(enter(0), enter(1), enter(2), Lanes::all(prepared_.tmin));
-    const auto last = Lanes::last_in(leave(0), leave(1), leave(2), Lanes::all(max_of(prepared_.limit, 0.0f)));
+    const auto first = Lanes::first_in(enter(0), enter(1), enter(2), slabs.begin);
+    const auto last = Lanes::last_in(leave(0), leave(1), leave(2), slabs.end);
     return {Lanes::not_later(first, last), first};
   }
 
-  /// Tests the leaves of stack_.next and pops what to visit next.
+  /// Tests the leaves that are next and pops what follows.
   /// @return false: a hit ends the search.
-  HIPRT_FORCE_INLINE bool test_leaves() {
+  HIPRT_FORCE_INLINE bool test_leaves(Place& place) {
     const auto offer = [&](const Candidate& at, const HostTriangle& triangle) HIPRT_FORCE_INLINE_LAMBDA {
       if (!(at.t >= prepared_.tmin && at.t <= prepared_.limit) || !is_visible(*scene_, *ray_, triangle) ||
           (kClosest && loses_tie(at.t, prepared_.limit, triangle, found_)))
@@ -97,21 +106,21 @@ template <bool kClosest> class HostSearch {
       u_ = at.u;
       v_ = at.v;
       found_ = triangle;
-      prepared_.limit = at.t;
+      prepared_.set_limit(at.t);
       return kClosest;
     };
-    const PlanesLeaf* leaves = stack_.next.leaves();
-    if (stack_.next.is_long_run()) [[unlikely]] {
+    const PlanesLeaf* leaves = place.next.leaves();
+    if (place.next.is_long_run()) [[unlikely]] {
       for (;; ++leaves) {
         if (!meet_leaves(leaves, 1, *ray_, prepared_, offer)) return false;
         if ((leaves->info.geometry_and_flags & kLastInRun) != 0) break;
       }
     } else {
-      const unsigned count = stack_.next.leaf_count();
+      const unsigned count = place.next.leaf_count();
       if (!meet_leaves(leaves, count < 2 ? 1 : 2, *ray_, prepared_, offer)) return false;
       if (count > 2 && !meet_leaves(leaves + 2, count - 2, *ray_, prepared_, offer)) return false;
     }
-    stack_.pop(prepared_.limit);
+    place.pop(prepared_.limit);
     return true;
   }
 
@@ -121,6 +130,7 @@ template <bool kClosest> class HostSearch {
   float t_, u_, v_;
   HostTriangle found_;
   HostStack<kClosest> stack_;
+  Place place_;
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -35,92 +35,102 @@ template <bool kSorted> class HostStack {
   using Kept = std::conditional_t<kSorted, Entry, PlainEntry>;
 
  public:
-  HostRef next;  ///< The node or leaves to visit next. is_none(): the search has ended.
+  /// Where a search is. It is apart from the stack, so that a loop can keep it in registers.
+  struct Place {
+    HostRef next;  ///< The node or leaves to visit next. is_none(): the search has ended.
+    Kept* top;     ///< Behind the last entry.
 
-  HIPRT_FORCE_INLINE explicit HostStack(HostRef root) : next(root) {
-    push({HostRef::none(), -std::numeric_limits<float>::infinity()});
-  }
-  // It has a pointer into itself.
+    /// @param limit the search's.
+    HIPRT_FORCE_INLINE void pop([[maybe_unused]] float limit) {
+      --top;
+      if constexpr (kSorted)
+        while (!(top->enter <= limit)) --top;
+      next = top->ref;
+    }
+
+    /// Goes on below a node that was next. Prefetches all children that are met.
+    HIPRT_FORCE_INLINE void visit(const HostNode& node, const HostBoxes& boxes, float limit) {
+      std::uint32_t met = boxes.met;
+      if (met == 0) return pop(limit);
+      const unsigned first = take_lowest(met);
+      next = node.child[first];
+      prefetch(next);
+      if (met == 0) return;
+      alignas(32) float enter[kWideBranching];
+      if constexpr (kSorted) {
+        WideLanes::store(enter, boxes.enter);
+        visit_nearest(node, enter, first, met);
+      } else {
+        do push(entry(node, enter, take_lowest(met)));
+        while (met != 0);
+      }
+    }
+
+    HIPRT_FORCE_INLINE void push(const Entry& entry) {
+      if constexpr (kSorted)
+        *top++ = entry;
+      else
+        *top++ = {entry.ref};
+    }
+
+   private:
+    HIPRT_FORCE_INLINE static void prefetch(HostRef ref) {
+      for (unsigned line = 0; line < sizeof(HostNode) / 64; ++line) __builtin_prefetch(ref.address() + 64 * line);
+    }
+    HIPRT_FORCE_INLINE static Entry entry(const HostNode& node, const float (&enter)[kWideBranching], unsigned child) {
+      prefetch(node.child[child]);
+      return {node.child[child], kSorted ? enter[child] : 0.0f};
+    }
+    HIPRT_FORCE_INLINE static void sort(Entry& nearer, Entry& farther) {
+      const bool swap = farther.enter < nearer.enter;
+      const Entry a = nearer, b = farther;
+      nearer = {swap ? b.ref : a.ref, swap ? b.enter : a.enter};
+      farther = {swap ? a.ref : b.ref, swap ? a.enter : b.enter};
+    }
+
+    /// Makes the nearest child next and pushes the others, the farthest first.
+    /// @param first a met child. @param others the other ones; not 0.
+    HIPRT_FORCE_INLINE void visit_nearest(const HostNode& node, const float (&enter)[kWideBranching], unsigned first,
+                                          std::uint32_t others) {
+      Entry nearest{next, enter[first]}, second = entry(node, enter, take_lowest(others));
+      sort(nearest, second);
+      if (others == 0) {
+        next = nearest.ref;
+        return push(second);
+      }
+      Entry third = entry(node, enter, take_lowest(others));
+      sort(second, third);
+      sort(nearest, second);
+      next = nearest.ref;
+      Kept* const bottom = top;
+      push(third);
+      push(second);
+      if (others == 0) return;
+      push(nearest);
+      do {
+        const Entry later = entry(node, enter, take_lowest(others));
+        Kept* at = top++;
+        for (; at != bottom && at[-1].enter < later.enter; --at) at[0] = at[-1];
+        *at = later;
+      } while (others != 0);
+      next = (--top)->ref;
+    }
+  };
+
+  HostStack() = default;
+  // Places point into it.
   HostStack(const HostStack&) = delete;
   HostStack& operator=(const HostStack&) = delete;
 
-  /// @param limit the search's.
-  HIPRT_FORCE_INLINE void pop([[maybe_unused]] float limit) {
-    --top_;
-    if constexpr (kSorted)
-      while (!(top_->enter <= limit)) --top_;
-    next = top_->ref;
-  }
-
-  /// Goes on below a node that was next. Prefetches all children that are met.
-  HIPRT_FORCE_INLINE void visit(const HostNode& node, const HostBoxes& boxes, float limit) {
-    std::uint32_t met = boxes.met;
-    if (met == 0) return pop(limit);
-    const unsigned first = take_lowest(met);
-    next = node.child[first];
-    prefetch(next);
-    if (met == 0) return;
-    alignas(32) float enter[kWideBranching];
-    if constexpr (kSorted) {
-      WideLanes::store(enter, boxes.enter);
-      visit_nearest(node, enter, first, met);
-    } else {
-      do push(entry(node, enter, take_lowest(met)));
-      while (met != 0);
-    }
+  /// @param root none(): a search that has ended.
+  HIPRT_FORCE_INLINE Place start(HostRef root) {
+    Place place{root, entries_};
+    place.push({HostRef::none(), -std::numeric_limits<float>::infinity()});
+    return place;
   }
 
  private:
-  HIPRT_FORCE_INLINE static void prefetch(HostRef ref) {
-    for (unsigned line = 0; line < sizeof(HostNode) / 64; ++line) __builtin_prefetch(ref.address() + 64 * line);
-  }
-  HIPRT_FORCE_INLINE static Entry entry(const HostNode& node, const float (&enter)[kWideBranching], unsigned child) {
-    prefetch(node.child[child]);
-    return {node.child[child], kSorted ? enter[child] : 0.0f};
-  }
-  HIPRT_FORCE_INLINE void push(const Entry& entry) {
-    if constexpr (kSorted)
-      *top_++ = entry;
-    else
-      *top_++ = {entry.ref};
-  }
-  HIPRT_FORCE_INLINE static void sort(Entry& nearer, Entry& farther) {
-    const bool swap = farther.enter < nearer.enter;
-    const Entry a = nearer, b = farther;
-    nearer = {swap ? b.ref : a.ref, swap ? b.enter : a.enter};
-    farther = {swap ? a.ref : b.ref, swap ? a.enter : b.enter};
-  }
-
-  /// Makes the nearest child next and pushes the others, the farthest first.
-  /// @param first a met child. @param others the other ones; not 0.
-  HIPRT_FORCE_INLINE void visit_nearest(const HostNode& node, const float (&enter)[kWideBranching], unsigned first,
-                                        std::uint32_t others) {
-    Entry nearest{next, enter[first]}, second = entry(node, enter, take_lowest(others));
-    sort(nearest, second);
-    if (others == 0) {
-      next = nearest.ref;
-      return push(second);
-    }
-    Entry third = entry(node, enter, take_lowest(others));
-    sort(second, third);
-    sort(nearest, second);
-    next = nearest.ref;
-    Kept* const bottom = top_;
-    push(third);
-    push(second);
-    if (others == 0) return;
-    push(nearest);
-    do {
-      const Entry later = entry(node, enter, take_lowest(others));
-      Kept* at = top_++;
-      for (; at != bottom && at[-1].enter < later.enter; --at) at[0] = at[-1];
-      *at = later;
-    } while (others != 0);
-    next = (--top_)->ref;
-  }
-
   Kept entries_[kHostStack + 1];
-  Kept* top_ = entries_;
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

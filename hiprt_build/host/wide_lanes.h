@@ -45,14 +45,25 @@ struct WideLanes {
   }
   /// Bit per lane: a <= b, compared as bits. @pre no lane of a is negative, none of either is NaN
   static HIPRT_FORCE_INLINE std::uint32_t not_later(Float a, Float b) {
-    return mask(as_floats(_mm256_cmpgt_epi32(bits(a), bits(b)))) ^ 0xffu;
+    return bits_of(as_floats(_mm256_cmpgt_epi32(bits(a), bits(b)))) ^ 0xffu;
   }
-  static HIPRT_FORCE_INLINE std::uint32_t less_equal(Float a, Float b) { return mask(_mm256_cmp_ps(a, b, _CMP_LE_OQ)); }
+  static HIPRT_FORCE_INLINE std::uint32_t less_equal(Float a, Float b) {
+    return bits_of(_mm256_cmp_ps(a, b, _CMP_LE_OQ));
+  }
   /// In each half.
   template <int A, int B, int C, int D> static HIPRT_FORCE_INLINE Float shuffle(Float a) {
     return _mm256_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
   }
-  static HIPRT_FORCE_INLINE std::uint32_t greater(Float a, Float b) { return mask(_mm256_cmp_ps(a, b, _CMP_GT_OQ)); }
+  static HIPRT_FORCE_INLINE std::uint32_t greater(Float a, Float b) { return bits_of(lanes_greater(a, b)); }
+  /// The lanes with a > b: all of their bits are set.
+  static HIPRT_FORCE_INLINE Float lanes_greater(Float a, Float b) { return _mm256_cmp_ps(a, b, _CMP_GT_OQ); }
+  static HIPRT_FORCE_INLINE Float both(Float lanes, Float others) { return _mm256_and_ps(lanes, others); }
+  static HIPRT_FORCE_INLINE Float either(Float lanes, Float others) { return _mm256_or_ps(lanes, others); }
+  static HIPRT_FORCE_INLINE Float exclusive_or(Float a, Float b) { return _mm256_xor_ps(a, b); }
+  /// Bit per lane: its sign.
+  static HIPRT_FORCE_INLINE std::uint32_t bits_of(Float lanes) {
+    return static_cast<std::uint32_t>(_mm256_movemask_ps(lanes));
+  }
   static HIPRT_FORCE_INLINE Float all_bits(std::uint32_t a) {
     return as_floats(_mm256_set1_epi32(static_cast<int>(a)));
   }
@@ -75,7 +86,6 @@ struct WideLanes {
  private:
   static HIPRT_FORCE_INLINE __m256i bits(Float a) { return _mm256_castps_si256(a); }
   static HIPRT_FORCE_INLINE Float as_floats(__m256i a) { return _mm256_castsi256_ps(a); }
-  static HIPRT_FORCE_INLINE std::uint32_t mask(Float a) { return static_cast<std::uint32_t>(_mm256_movemask_ps(a)); }
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -142,6 +142,108 @@ TEST_CASE("Hits by the host's nodes are the same at every size and place") {
   }
 }
 
+TEST_CASE("Hits at the ends of rays are the same, bit for bit") {
+  INFO("seed " << kSeed);
+  Random random(kSeed + 7);
+  const Mesh mesh = soup(random, 500, 0.3);
+  // Beyond 2^40 no triangle is rejected by its depth alone.
+  for (const double scale : {1e-25, 1e-6, 1.0, 1e9, 0x1p39, 0x1p42, 1e18}) {
+    const Scene scene = make_scene({placed(mesh, scale)});
+    unsigned found = 0;
+    for (unsigned i = 0; i < trials(2000); ++i) {
+      Ray ray = random_ray(random, scale);
+      // Within the range of ray.h: t is then down to 2^-135.
+      const double exponent = std::log2(scale);
+      const double length =
+          std::exp2(random.uniform(std::max(-90.0, exponent - 80.0), std::min(115.0, exponent + 95.0)) - exponent);
+      for (int k = 0; k < 3; ++k) ray.direction[k] = static_cast<float>(ray.direction[k] * length);
+      ray.tmin = 0.0f;
+      ray.tmax = std::numeric_limits<float>::infinity();
+      INFO("scale " << scale << ", ray " << i << ", direction times " << length);
+      REQUIRE(difference(scene.traced, ray) == "");
+      const Hit hit = closest_hit<Policies>(scene.traced, ray);
+      if (!hit.found()) continue;
+      ++found;
+      // The end on the hit, and next to it.
+      for (const float t : {hit.t, std::nextafter(hit.t, 0.0f), std::nextafter(hit.t, ray.tmax), 0.999f * hit.t}) {
+        Ray later = ray, shorter = ray;
+        later.tmin = t;
+        shorter.tmax = t;
+        REQUIRE(difference(scene.traced, later) == "");
+        REQUIRE(difference(scene.traced, shorter) == "");
+      }
+      // From the hit's place, within rounding, and from a spawned origin.
+      Ray bounce = random_ray(random, scale);
+      for (const bool spawned : {false, true}) {
+        bounce.origin = spawned ? spawn_origin(ray, hit, bounce.direction) : Vec3{};
+        if (!spawned)
+          for (int k = 0; k < 3; ++k) bounce.origin[k] = ray.origin[k] + hit.t * ray.direction[k];
+        for (const float tmin : {0.0f, 1e-3f, bounce.tmin}) {
+          bounce.tmin = tmin;
+          REQUIRE(difference(scene.traced, bounce) == "");
+        }
+      }
+    }
+    CHECK(found > trials(2000) / 20);
+  }
+}
+
+TEST_CASE("Needles along a ray are hit at the same places, though their edge functions underflow") {
+  INFO("seed " << kSeed);
+  Random random(kSeed + 8);
+  for (const double width : {0x1p-78, 0x1p-74, 0x1p-70, 0x1p-50}) {
+    Mesh mesh;
+    for (unsigned i = 0; i < 200; ++i) {
+      Position corner[3];
+      for (Position& p : corner) {
+        p = random.in_cube(width);
+        p[2] = random.uniform_float(0.5, 2.0);
+      }
+      append(mesh, corner[0], corner[1], corner[2]);
+    }
+    const Scene scene = make_scene({mesh});
+    unsigned found = 0;
+    for (unsigned i = 0; i < trials(2000); ++i) {
+      const Position from = random.in_cube(0.1 * width);
+      Ray ray;
+      ray.origin = {from[0], from[1], random.coin() ? 0.0f : 3.0f};
+      ray.direction = {0.0f, 0.0f, ray.origin.z == 0.0f ? 1.0f : -1.0f};
+      ray.tmin = random.uniform_float(0.5, 2.0);
+      INFO("width " << width << ", ray " << i);
+      REQUIRE(difference(scene.traced, ray) == "");
+      found += any_hit(scene.traced, ray).found() ? 1 : 0;
+    }
+    CHECK(found > trials(2000) / 4);
+  }
+}
+
+TEST_CASE("Hits are the same where tmin is below the normal range") {
+  INFO("seed " << kSeed);
+  Random random(kSeed + 9);
+  // Wide triangles at depths of about 2^-36.
+  Mesh mesh = soup(random, 200, 0.5);
+  for (Position& p : mesh.positions) p[2] *= 0x1p-36f;
+  const Scene scene = make_scene({mesh});
+  unsigned found = 0;
+  for (unsigned i = 0; i < trials(2000); ++i) {
+    const Position from = random.in_cube(1.0);
+    Ray ray;
+    ray.origin = {from[0], from[1], -0x1p-35f};
+    ray.direction = {0.0f, 0.0f, 0x1p99f};
+    ray.tmin = 0.0f;
+    ray.tmax = std::numeric_limits<float>::infinity();
+    const Hit hit = closest_hit<Policies>(scene.traced, ray);
+    if (!hit.found() || !(hit.t < std::numeric_limits<float>::min())) continue;
+    ++found;
+    for (const float tmin : {hit.t, std::nextafter(hit.t, 0.0f), std::nextafter(hit.t, ray.tmax)}) {
+      ray.tmin = tmin;
+      INFO("ray " << i << ", tmin " << tmin);
+      REQUIRE(difference(scene.traced, ray) == "");
+    }
+  }
+  CHECK(found > trials(2000) / 20);
+}
+
 TEST_CASE("Many rays at once have the hits of single rays") {
   INFO("seed " << kSeed);
   Random random(kSeed + 6);
