@@ -55,6 +55,11 @@ struct SahCosts {
   float custom = 1.5f;    ///< One custom leaf (two custom primitives): two box tests and a call or two.
 };
 
+/// For BuildOptions::split_budget: what the scene asks for. Where boxes are much larger than their triangles (long
+/// diagonal ones: pipes, cables) kSbvh and kHq get a budget of up to 8. Other scenes, other builders and
+/// gpu::enqueue_build() get the one that stands for an unset option.
+inline constexpr double kSplitsAsNeeded = 0.0;
+
 struct BuildOptions {
   Builder builder = Builder::kSbvh;
   NodeLayout nodes = NodeLayout::kPlanes;
@@ -62,7 +67,8 @@ struct BuildOptions {
   /// does not depend on it.
   unsigned threads = 0;
   /// For kSbvh, kHq and kEmbreeHigh, 1 to 16: how many references spatial splits may make of one, on average. A larger
-  /// budget gives faster rays and larger files. Unset: 3 for kHq, 1.5 for the others.
+  /// budget gives faster rays, larger files and slower builds. Or kSplitsAsNeeded. Unset: 3 for kHq, 1.5 for the
+  /// others.
   std::optional<double> split_budget{};
   /// 1 to 16: how many references the builder may make of one before it builds the tree, on average (Karras and Aila
   /// 2013). 1.2 to 1.5 with kHploc and rounds of reinsertion comes close to the quality of kSbvh in less time.

@@ -15,6 +15,7 @@ namespace {
 struct BuilderOptions {
   SceneOptions scenes;
   std::vector<std::string> kinds{"primary", "ao", "diffuse"};
+  std::string splits = "default";
   unsigned rays = 200'000;
   unsigned rounds = 5;
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
@@ -40,7 +41,9 @@ class BuilderBenchmarks {
     for (auto _ : state) {
       // With lbvh30 a few rays of this scene take a millisecond.
       const unsigned rays = scene == kOperaHouseScene ? std::max(64u, options_.rays / 10) : options_.rays;
-      auto cell = measure_trees(options_.scenes, scene, options_.kinds, rays, options_.threads, options_.rounds);
+      build::BuildOptions builds{.threads = options_.threads};
+      if (options_.splits == "auto") builds.split_budget = build::kSplitsAsNeeded;
+      auto cell = measure_trees(options_.scenes, scene, options_.kinds, rays, builds, options_.rounds);
       if (!cell) {
         state.SkipWithError(cell.error().message.c_str());
         return;
@@ -85,6 +88,8 @@ std::vector<Flag> flags(BuilderOptions& options) {
       number_flag("rays", "rays per kind, about; a tenth for the opera house", options.rays, 64, 100'000'000));
   flags.push_back(number_flag("rounds", "rounds in which all builders run in turn, and all BVHs are traced in turn",
                               options.rounds, 1, 10'000));
+  flags.push_back(word_flag("splits", "split budgets: default or auto, as bvhbuild --split-budget auto (default)",
+                            options.splits, {"default", "auto"}));
   flags.push_back(number_flag("threads", "threads of the builds", options.threads, 1, 4096));
   return flags;
 }

@@ -33,12 +33,12 @@ struct Tree {
 
 class TreeContest {
  public:
-  TreeContest(Scene scene, std::vector<RaySet> rays, unsigned threads)
-      : scene_(std::move(scene)), rays_(std::move(rays)), threads_(threads) {}
+  TreeContest(Scene scene, std::vector<RaySet> rays, const build::BuildOptions& builds)
+      : scene_(std::move(scene)), rays_(std::move(rays)), builds_(builds) {}
 
   build::Result<BuilderCell> run(unsigned rounds) {
     if (auto built = build_all(); !built) return tl::unexpected(built.error());
-    BuilderCell cell{scene_.name, threads_, scene_.mesh.triangles.size(), {}};
+    BuilderCell cell{scene_.name, builds_.threads, scene_.mesh.triangles.size(), {}};
     for (std::size_t b = 0; b < trees_.size(); ++b) cell.entries.push_back(describe(b));
     for (BuilderEntry& entry : cell.entries) entry.cost_ratio = entry.sah_cost / cell.entries[yardstick()].sah_cost;
     time_builds(cell, rounds);
@@ -55,7 +55,9 @@ class TreeContest {
  private:
   build::Result<build::Bvh> built(std::size_t b) const {
     const build::TriangleMesh input = scene_.input();
-    return build::build({&input, 1}, {.builder = tools::kBuilders[b].second, .threads = threads_});
+    build::BuildOptions options = builds_;
+    options.builder = tools::kBuilders[b].second;
+    return build::build({&input, 1}, options);
   }
 
   build::Result<void> build_all() {
@@ -141,7 +143,7 @@ class TreeContest {
 
   Scene scene_;
   std::vector<RaySet> rays_;
-  unsigned threads_;
+  build::BuildOptions builds_;
   std::vector<Tree> trees_;  ///< One per builder, in the order of tools::kBuilders.
 };
 
@@ -149,7 +151,7 @@ class TreeContest {
 
 build::Result<BuilderCell> measure_trees(const SceneOptions& options, const std::string& scene,
                                          const std::vector<std::string>& kinds, std::uint32_t wanted_rays,
-                                         unsigned threads, unsigned rounds) {
+                                         const build::BuildOptions& builds, unsigned rounds) {
   auto loaded = load_scene(options, scene);
   if (!loaded) return tl::unexpected(loaded.error());
   auto rays = load_rays(options, *loaded, wanted_rays);
@@ -159,7 +161,7 @@ build::Result<BuilderCell> measure_trees(const SceneOptions& options, const std:
   });
   if (rays->empty())
     return tl::unexpected(build::Error{build::ErrorCode::kIo, scene + " has no rays of the wanted kinds"});
-  return TreeContest(std::move(*loaded), std::move(*rays), threads).run(rounds);
+  return TreeContest(std::move(*loaded), std::move(*rays), builds).run(rounds);
 }
 
 }  // namespace hiprt::bench

@@ -3,6 +3,8 @@
 
 #include <benchmarks/common/scenes.h>
 
+#include <hiprt_build/build.h>
+
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -47,10 +49,11 @@ struct BuilderCell {
 };
 
 /// @param kinds of rays that are traced. @param wanted_rays approximate number per kind.
+/// @param builds options of all builders.
 /// @param rounds at least 1. All builders run in turn, then all BVHs are traced in turn.
 /// @return the first error. Different hits of two BVHs are an error.
 build::Result<BuilderCell> measure_trees(const SceneOptions& options, const std::string& scene,
                                          const std::vector<std::string>& kinds, std::uint32_t wanted_rays,
-                                         unsigned threads, unsigned rounds);
+                                         const build::BuildOptions& builds, unsigned rounds);
 
 }  // namespace hiprt::bench

@@ -51,7 +51,7 @@ struct BuildOptions {
   /// Any except Embree's and kImported. kSbvh with 8 rounds of reinsertion builds in a fraction of kHq's time.
   build::Builder builder = build::Builder::kHploc;
   NodeLayout nodes = NodeLayout::kPlanes;
-  std::optional<double> split_budget{};          ///< As build::BuildOptions.
+  std::optional<double> split_budget{};          ///< As build::BuildOptions. kSplitsAsNeeded: BuildSteps only.
   double presplit_budget = 1.0;                  ///< As build::BuildOptions.
   std::optional<unsigned> reinsertion_rounds{};  ///< As build::BuildOptions.
   unsigned ploc_radius = 8;                      ///< As build::BuildOptions.

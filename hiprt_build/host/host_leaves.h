@@ -99,8 +99,8 @@ struct LeafEdges {
   /// the triangle is met, and meet_again() decides. Most triangles whose line a short ray meets lie behind it.
   ///
   /// With u = 2^-24: the depth t dz is n / d, n the sum of edge functions times depths, d the sum of edge functions.
-  /// The edge functions of a triangle that is met have one sign. So n / d, as it is computed here or by Watertight, is
-  /// off by at most 8 u times the largest depth of a vertex, and near n / d so is tmin dz by 2 u. 32 u are allowed.
+  /// The edge functions of a triangle that is met have one sign. So n / d is off by at most 8 u times the largest depth
+  /// of a vertex, here and in Watertight. Near n / d the product of tmin and dz is off by 2 u. 32 u are allowed.
   /// HostRay::slack covers what edge functions of up to kTiny, whose signs are not certain, add to n, and underflow.
   /// Below 2^40 units of reach nothing overflows: an edge function is at most 8 reach^2. Beyond, slack is infinite.
   HIPRT_FORCE_INLINE std::uint32_t triangles_met(const HostRay& ray) const {

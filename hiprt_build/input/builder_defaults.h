@@ -24,10 +24,18 @@ inline constexpr const BuilderDefaults& defaults_of(Builder builder) {
   return builder == Builder::kHq ? kHqDefaults : kDefaults;
 }
 
-/// @tparam Options BuildOptions or gpu::BuildOptions. @return the same with nothing unset.
+/// Whether the budget follows from the scene (presplit/split_demand.h). @tparam Options BuildOptions or
+/// gpu::BuildOptions.
+template <class Options> bool splits_as_needed(const Options& options) {
+  return options.split_budget == kSplitsAsNeeded &&
+         (options.builder == Builder::kSbvh || options.builder == Builder::kHq);
+}
+
+/// @tparam Options BuildOptions or gpu::BuildOptions. @return the same with nothing unset. The budget of
+/// kSplitsAsNeeded is the least one.
 template <class Options> Options with_defaults(Options options) {
   const BuilderDefaults& defaults = defaults_of(options.builder);
-  options.split_budget = options.split_budget.value_or(defaults.split_budget);
+  if (options.split_budget.value_or(kSplitsAsNeeded) == kSplitsAsNeeded) options.split_budget = defaults.split_budget;
   options.reinsertion_rounds = options.reinsertion_rounds.value_or(defaults.reinsertion_rounds);
   return options;
 }

@@ -33,10 +33,11 @@ inline std::string builder_fault(Builder builder) {
 template <class Options> Result<void> check_ranges(const Options& options) {
   using check_options_detail::fault, check_options_detail::builder_fault;
   const SahCosts& costs = options.costs;
+  const double split_budget = options.split_budget.value_or(kSplitsAsNeeded);
   std::string faults[] = {
       builder_fault(options.builder),
       fault("max_leaf_triangles", options.max_leaf_triangles, 1u, 64u),
-      fault("split_budget", options.split_budget.value_or(1.0), 1.0, 16.0),
+      split_budget == kSplitsAsNeeded ? "" : fault("split_budget", split_budget, 1.0, 16.0),
       fault("presplit_budget", options.presplit_budget, 1.0, 16.0),
       fault("ploc_radius", options.ploc_radius, 1u, 128u),
       fault("reinsertion_rounds", options.reinsertion_rounds.value_or(0), 0u, 1000u),

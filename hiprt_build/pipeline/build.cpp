@@ -13,6 +13,7 @@
 #include <hiprt_build/lbvh_ploc/bottom_up.h>
 #include <hiprt_build/pipeline/build_on.h>
 #include <hiprt_build/presplit/presplit.h>
+#include <hiprt_build/presplit/split_demand.h>
 #include <hiprt_build/reinsert/reinsert.h>
 #include <hiprt_build/sah_sbvh/sah.h>
 #include <hiprt_build/sah_sbvh/sbvh.h>
@@ -112,10 +113,38 @@ Result<Bvh> finish(CpuEngine& engine, const Job& job, const BuildInput& input, c
   return Bvh{std::move(*buffer), statistics};
 }
 
+/// @return the budget in place of kSplitsAsNeeded.
+double choose_split_budget(CpuEngine& engine, const GeometryTable& geometries, const PairedPrimitives& paired,
+                           double least) {
+  const std::span<const LeafPrimitives> leaves = paired.leaves.span().first(paired.count);
+  const auto sum = [&](const auto& none, const auto& add) {
+    return Threads::reduce(
+        leaves.size(), CpuEngine::kChunk, none,
+        [&](std::size_t begin, std::size_t end, auto so_far) {
+          engine.monitor().check();
+          for (std::size_t i = begin; i < end; ++i) add(so_far, leaves[i]);
+          return so_far;
+        },
+        [](auto a, const auto& b) {
+          a.add(b);
+          return a;
+        });
+  };
+  const SimdBox bounds =
+      sum(SimdBox{}, [&](SimdBox& box, const LeafPrimitives& leaf) { box.add(leaf_simd_box(geometries, leaf)); });
+  const float area = half_area(to_box(bounds));
+  const SplitDemand demand = sum(SplitDemand{}, [&](SplitDemand& so_far, const LeafPrimitives& leaf) {
+    so_far.add(SplitDemand::of(area, to_box(leaf_simd_box(geometries, leaf)), leaf_corners(geometries, leaf),
+                               leaf.contents.is_pair()));
+  });
+  return split_budget_for(demand, least, std::numeric_limits<double>::infinity());
+}
+
 /// The steps of a build.
-Result<Bvh> run(CpuEngine& engine, const Job& job) {
+Result<Bvh> run(CpuEngine& engine, const Job& wanted) {
   Stopwatch total, watch;
-  const BuildOptions& options = job.options;
+  BuildOptions options = with_defaults(wanted.options);
+  const Job job{wanted.scene, options, wanted.imported};
   const BuildInput input(job.scene);
   const GeometryTable geometries = input.table();
   if (auto indices = check_indices(engine, input); !indices) return tl::unexpected(indices.error());
@@ -132,6 +161,8 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
   if (auto fits = check_fits(engine, input, paired, options.nodes); !fits) return tl::unexpected(fits.error());
   BuildStatistics statistics = count_input(input, paired, options.builder);
   statistics.pair_seconds = watch.lap();
+  if (splits_as_needed(wanted.options) && paired.custom_count == 0)
+    options.split_budget = choose_split_budget(engine, geometries, paired, *options.split_budget);
   Result<DepthFirstTree> tree =
       job.imported == nullptr
           ? build_tree_or_ours(engine, statistics.builder, geometries, paired, options)
@@ -147,12 +178,10 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
 
 /// Checks the input and calls run() on the wanted threads.
 Result<Bvh> run_checked(const Job& job) {
-  const BuildOptions options = with_defaults(job.options);
-  const Job complete_job{job.scene, options, job.imported};
-  if (auto checked = check_ranges(options); !checked) return tl::unexpected(checked.error());
+  if (auto checked = check_ranges(with_defaults(job.options)); !checked) return tl::unexpected(checked.error());
   if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
-  return run_cpu("build", options.threads, options.progress,
-                 [&](CpuEngine& engine) { return run(engine, complete_job); });
+  return run_cpu("build", job.options.threads, job.options.progress,
+                 [&](CpuEngine& engine) { return run(engine, job); });
 }
 
 /// Exceptions become errors.
@@ -177,8 +206,7 @@ BuildOptions options_for(Quality quality) {
 }
 
 Result<Bvh> build_on(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
-  const BuildOptions all = with_defaults(options);
-  return run(engine, {scene, all, nullptr});
+  return run(engine, {scene, options, nullptr});
 }
 
 Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options) {

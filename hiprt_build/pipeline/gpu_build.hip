@@ -44,7 +44,12 @@ class Enqueuer {
     ask("pair", 0.0);
     steps_.one("start", start, state_);
     put();
-    if (plan_.primitives != 0) pair();
+    if (plan_.primitives == 0) return steps_.result();
+    pair();
+    if (plan_.measures_demand)
+      steps_.then([&] {
+        return enqueue_measure_demand(geometries_, job_.memory.references, plan_.primitives, state_, steps_.stream());
+      });
     return steps_.result();
   }
 

@@ -30,6 +30,7 @@ struct BuildPlan {
   NodeLayout layout{};
   bool counted = false;                              ///< Whether `whole` is the number of leaves.
   bool pairs = false;                                ///< Whether leaves may hold two primitives.
+  bool measures_demand = false;                      ///< Whether split_budget is only the least.
   double split_budget = 1.0, presplit_budget = 1.0;  ///< 1 where there are custom primitives.
   unsigned rounds = 0, radius = 0;
   std::size_t sort_bytes = 0;

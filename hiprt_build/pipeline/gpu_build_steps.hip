@@ -1,6 +1,8 @@
 #include <hiprt_build/gpu/build_steps.h>
 
+#include <hiprt_build/input/builder_defaults.h>
 #include <hiprt_build/pipeline/gpu_build_job.h>
+#include <hiprt_build/presplit/split_demand.h>
 
 #include <algorithm>
 #include <utility>
@@ -131,7 +133,12 @@ struct BuildSteps::State {
     const auto state = read<BuildState>(memory.head.state, stream);
     if (!state) return tl::unexpected(state.error());
     const std::uint32_t leaves = state->counts.leaves;
-    if (step == Step::kLeaves) return plan_split(leaves);
+    if (step == Step::kLeaves) {
+      if (plan.measures_demand)
+        plan.split_budget = build::split_budget_for(
+            state->demand, plan.split_budget, static_cast<double>(build::kMaxPlannedNodes) / std::max(leaves, 1u));
+      return plan_split(leaves);
+    }
     if (step == Step::kTree) return plan_file(state->nodes, leaves);
     // Nothing has a size of 0.
     plan.capacity = std::max(leaves, 1u);
@@ -165,8 +172,9 @@ BuildSteps& BuildSteps::operator=(BuildSteps&&) noexcept = default;
 BuildSteps::~BuildSteps() = default;
 
 Result<BuildSteps> BuildSteps::make(std::span<const DeviceGeometry> geometries, const BuildOptions& options) {
-  const auto plan = plan_memory(geometries, options);
+  auto plan = plan_memory(geometries, options);
   if (!plan) return tl::unexpected(plan.error());
+  plan->measures_demand = build::splits_as_needed(options) && plan->split_budget > 1.0;
   return BuildSteps(std::make_unique<State>(State{{geometries.begin(), geometries.end()}, options, *plan}));
 }
 

@@ -28,6 +28,7 @@ static __global__ void start(BuildState* state) {
   state->bad_node = kInvalidId;
   state->missing = 0;
   state->stack_need = 0;
+  state->demand = SplitDemand{};
 }
 
 static __global__ void put_geometries(GeometryChunk chunk, std::uint32_t begin, std::uint32_t count,

@@ -4,6 +4,7 @@
 
 #include <hiprt_build/encode/write_wide.h>
 #include <hiprt_build/exec/wave_group.h>
+#include <hiprt_build/presplit/split_demand.h>
 #include <hiprt_device/math/atomic.h>
 
 #include <bit>
@@ -84,6 +85,7 @@ struct BuildState {
   std::uint32_t missing;     ///< Primitives that an imported tree has no leaf for.
   std::uint32_t too_deep;    ///< H-PLOC's tree: lbvh_again() makes another.
   std::uint32_t stack_need;  ///< Of a traversal of the file.
+  SplitDemand demand;        ///< Of the leaves, where the plan measures it.
 };
 
 /// What the climbs need, in the order of the keys.

@@ -23,4 +23,9 @@ std::uint64_t presplit_scratch(std::uint32_t input, std::uint32_t capacity);
 Result<void> enqueue_presplit(const PresplitInput& input, build::Reference* parts, std::byte* scratch,
                               hipStream_t stream);
 
+/// Measures what split_budget_for() needs. @pre no custom primitives. @param references [count]; entries without
+/// contents are skipped. @param state gets the demand; its bounds are known.
+Result<void> enqueue_measure_demand(const build::GeometryTable& geometries, const build::Reference* references,
+                                    std::uint32_t count, build::kernels::BuildState* state, hipStream_t stream);
+
 }  // namespace hiprt::gpu

@@ -78,4 +78,12 @@ Result<void> enqueue_presplit(const PresplitInput& input, Reference* parts, std:
   return steps.result();
 }
 
+Result<void> enqueue_measure_demand(const build::GeometryTable& geometries, const Reference* references,
+                                    std::uint32_t count, BuildState* state, hipStream_t stream) {
+  Launcher steps(stream);
+  steps.persistent("measure_demand", kBlock, (count - 1) / kBlock + 1, measure_demand, geometries, references, count,
+                   state);
+  return steps.result();
+}
+
 }  // namespace hiprt::gpu

@@ -39,6 +39,28 @@ struct ReferenceTriangles {
   }
 };
 
+/// Adds to the state's demand. Its bounds are known. The grid may be smaller than the number of references.
+static __global__ void __launch_bounds__(kBlock)
+    measure_demand(GeometryTable geometries, const Reference* references, std::uint32_t count, BuildState* state) {
+  __shared__ SplitDemand in_block;
+  if (threadIdx.x == 0) in_block = SplitDemand{};
+  __syncthreads();
+  const float scene = half_area(state->bounds.get());
+  SplitDemand mine{};
+  for (std::uint32_t i = thread_index(); i < count; i += gridDim.x * blockDim.x) {
+    const Reference reference = references[i];
+    if (!reference.contents.exists()) continue;
+    const ReferenceTriangles triangles(geometries, reference);
+    mine.add(SplitDemand::of(scene, reference.box, triangles.corners, triangles.pair));
+  }
+  atomicAdd(&in_block.boxes, mine.boxes);
+  atomicAdd(&in_block.least, mine.least);
+  __syncthreads();
+  if (threadIdx.x != 0) return;
+  atomicAdd(&state->demand.boxes, in_block.boxes);
+  atomicAdd(&state->demand.least, in_block.least);
+}
+
 static __global__ void __launch_bounds__(kBlock)
     weigh_references(GeometryTable geometries, const Reference* references, std::uint32_t count,
                      const BuildState* state, float* weights) {

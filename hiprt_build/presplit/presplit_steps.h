@@ -101,7 +101,7 @@ namespace presplit_detail {
 /// the axes has 2 and gains little from cuts. SAH costs with 1, 2, 3 and 5: decision 0011.)
 inline constexpr float kFilled = 3.0f;
 
-/// Area that boxes around ever smaller parts of a triangle come down to: as half_area().
+/// Of one triangle.
 HIPRT_HD HIPRT_FORCE_INLINE float least_area(const Point& a, const Point& b, const Point& c) {
   float sum = 0.0f;
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -126,15 +126,19 @@ HIPRT_HD HIPRT_FORCE_INLINE float negative_power(unsigned n) { return std::bit_c
 
 }  // namespace presplit_detail
 
+/// Area that boxes around ever smaller parts of a leaf's triangles come down to: as half_area().
+HIPRT_HD HIPRT_FORCE_INLINE float least_area(const LeafCorners& corners, bool pair) {
+  const Point(&v)[4] = corners.v;
+  return presplit_detail::least_area(v[0], v[1], v[2]) + (pair ? presplit_detail::least_area(v[1], v[3], v[2]) : 0.0f);
+}
+
 /// In proportion to the splits that a reference should have.
 /// @param box of the reference. @param corners,pair its triangles.
 HIPRT_HD HIPRT_FORCE_INLINE float split_weight(const SplitPlanes& planes, const Box& box, const LeafCorners& corners,
                                                bool pair) {
   using namespace presplit_detail;
-  const Point(&v)[4] = corners.v;
   const unsigned coarse = planes.coarseness(box);
-  const float own = least_area(v[0], v[1], v[2]) + (pair ? least_area(v[1], v[3], v[2]) : 0.0f);
-  const float empty = half_area(box) - kFilled * own;
+  const float empty = half_area(box) - kFilled * least_area(corners, pair);
   if (coarse == 0 || !(empty > 0.0f) || !(empty < SimdBox::kInfinity)) return 0.0f;
   const float part = empty * negative_power(SplitPlanes::kBits - coarse);
   return part > 0.0f ? cube_root(part) : 0.0f;

@@ -1,11 +1,17 @@
 // Tree quality beside Embree's, by one cost function, and the memory of a build.
 
+#include <hiprt_build/presplit/split_demand.h>
 #include <hiprt_build/statistics.h>
+#include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
+#include <tests/oracle/random.h>
 
 #include <tests/catch.h>
+
+#include <algorithm>
+#include <optional>
 
 using namespace hiprt;
 using namespace hiprt::oracle;
@@ -48,6 +54,50 @@ TEST_CASE("the split budget: 1 splits nothing, more allows more references and a
   CHECK(leaves[2] > leaves[1]);
   CHECK(cost[1] < cost[0]);
   CHECK(cost[2] < 1.01 * cost[1]);
+}
+
+TEST_CASE("splits as needed: boxes that are too large get a larger budget") {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const auto demand = [](unsigned factor) { return build::SplitDemand{1000ull * factor, 1000}; };
+  CHECK(build::split_budget_for({0, 0}, 1.5, kAny) == 1.5);
+  CHECK(build::split_budget_for(demand(1), 1.5, kAny) == 1.5);
+  CHECK(build::split_budget_for(demand(16), 1.5, kAny) == 1.5);
+  CHECK(build::split_budget_for(demand(64), 1.5, kAny) == 3.0);
+  CHECK(build::split_budget_for(demand(64), 3.0, kAny) == 3.0);
+  CHECK(build::split_budget_for(demand(100'000), 1.5, kAny) == 8.0);
+  CHECK(build::split_budget_for(demand(100'000), 1.5, 4.0) == 4.0);
+  CHECK(build::split_budget_for(demand(100'000), 1.5, 0.5) == 1.5);
+}
+
+TEST_CASE("splits as needed: usual scenes have the same bytes, cables a lower cost") {
+  const build::Builder builder = GENERATE(build::Builder::kSbvh, build::Builder::kHq);
+  CAPTURE(build::name(builder));
+  const auto built = [&](const Mesh& mesh, std::optional<double> budget) {
+    auto bvh = build::build(std::vector{mesh.view()}, {.builder = builder, .split_budget = budget});
+    REQUIRE(bvh.has_value());
+    return std::move(*bvh);
+  };
+  for (const Mesh& mesh : {soup(3000, 0.5, 5), icosphere(4), torus(60, 40, 0.3), Mesh{}, identical(10)}) {
+    const build::Bvh usual = built(mesh, {}), as_needed = built(mesh, build::kSplitsAsNeeded);
+    CHECK(std::ranges::equal(usual.buffer.bytes(), as_needed.buffer.bytes()));
+  }
+  const Mesh mesh = cables(10000, 7);
+  const build::Bvh usual = built(mesh, {}), as_needed = built(mesh, build::kSplitsAsNeeded);
+  const auto cost = [](const build::Bvh& bvh) {
+    return build::measure_tree(*open_buffer(bvh.buffer.bytes())).sah_cost;
+  };
+  const double part = builder == build::Builder::kSbvh ? 0.5 : 0.85;
+  CHECK(cost(as_needed) < part * cost(usual));
+  CHECK(as_needed.statistics.leaves <= 8 * mesh.triangles.size());
+  CHECK(as_needed.statistics.leaves > 4 * mesh.triangles.size());
+  Random random(9);
+  for (unsigned i = 0; i < 500; ++i) {
+    const Position from = random.in_cube(1.5), to = random.in_cube(1.0);
+    const Ray ray{{from[0], from[1], from[2]}, 0, {to[0] - from[0], to[1] - from[1], to[2] - from[2]}};
+    const Hit expected = closest_hit(usual.scene(), ray), hit = closest_hit(as_needed.scene(), ray);
+    REQUIRE(hit.t == expected.t);
+    REQUIRE(hit.primitive == expected.primitive);
+  }
 }
 
 TEST_CASE("quality levels: each names its builder, and each has a lower cost than the previous one") {

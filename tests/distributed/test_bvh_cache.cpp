@@ -72,6 +72,7 @@ TEST_CASE("cache: the key depends on every input of the build, and not on thread
   add([](auto&, auto& r, auto&) { r.options.builder = build::Builder::kHq; });
   add([](auto&, auto& r, auto&) { r.options.nodes = NodeLayout::kHalf; });
   add([](auto&, auto& r, auto&) { r.options.split_budget = 2; });
+  add([](auto&, auto& r, auto&) { r.options.split_budget = build::kSplitsAsNeeded; });
   add([](auto&, auto& r, auto&) { r.options.presplit_budget = 1.5; });
   add([](auto&, auto& r, auto&) { r.options.reinsertion_rounds = 0; });
   add([](auto&, auto& r, auto&) { r.options.reinsertion_rounds = 3; });

@@ -68,7 +68,7 @@ void add(Hasher& hasher, const build::CustomGeometry& custom) {
 void add(Hasher& hasher, const build::BuildOptions& options) {
   hasher.text(build::name(options.builder));
   hasher.number(options.nodes);
-  hasher.number(options.split_budget.value_or(0));
+  hasher.number(options.split_budget.value_or(-1));
   hasher.number(options.presplit_budget);
   hasher.number(options.reinsertion_rounds.has_value());
   hasher.number(options.reinsertion_rounds.value_or(0));

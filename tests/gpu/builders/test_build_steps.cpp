@@ -1,6 +1,7 @@
 // Builds in steps: the scenes of enqueue_build(), in memory of the size that they need.
 
 #include <hiprt_build/gpu/build_steps.h>
+#include <hiprt_build/presplit/split_demand.h>
 #include <tests/gpu/builders/build_as_if_large.h>
 #include <tests/gpu/builders/build_input.h>
 #include <tests/oracle/odd_meshes.h>
@@ -109,6 +110,40 @@ TEST_CASE("scenes in steps equal those at once") {
   for (const Builder builder : {Builder::kLbvh, Builder::kHploc, Builder::kPloc})
     check_same(equal, {.builder = builder, .pair_triangles = false});
   check_same(needles, {.nodes = NodeLayout::kFloat, .widen_boxes = true});
+}
+
+TEST_CASE("splits as needed: the budget of the CPU, counted on the device") {
+  INFO("seed " << kSeed);
+  // Single triangles, so that both sides measure the same leaves.
+  gpu::BuildOptions options{.builder = Builder::kSbvh, .pair_triangles = false};
+  Input cables({oracle::cables(300, kSeed)}), usual({oracle::soup(300, 0.2, kSeed)});
+  const std::size_t before = in_steps(cables.geometries, options).file.size();
+  options.split_budget = build::kSplitsAsNeeded;
+  const Stepped as_needed = in_steps(cables.geometries, options), same = in_steps(usual.geometries, options);
+  CHECK(as_needed.file.size() > 2 * before);
+  // At once there is no time to count.
+  CHECK((at_once(usual.geometries, options) == same.file));
+  CHECK(at_once(cables.geometries, options).size() == before);
+  options.split_budget.reset();
+  CHECK((in_steps(usual.geometries, options).file == same.file));
+
+  build::SplitDemand demand{};
+  const oracle::Mesh mesh = oracle::cables(300, kSeed);
+  const auto corner = [&](std::uint32_t i) {
+    return build::Point{{mesh.positions[i][0], mesh.positions[i][1], mesh.positions[i][2]}};
+  };
+  Box bounds = format_detail::empty_box();
+  for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) build::grow(bounds, corner(i));
+  for (const auto& triangle : mesh.triangles) {
+    const build::LeafCorners corners{{corner(triangle[0]), corner(triangle[1]), corner(triangle[2]), {}}};
+    Box box = format_detail::empty_box();
+    for (unsigned k = 0; k < 3; ++k) build::grow(box, corners.v[k]);
+    demand.add(build::SplitDemand::of(format_detail::half_area(bounds), box, corners, false));
+  }
+  const double budget = build::split_budget_for(demand, 1.5, std::numeric_limits<double>::infinity());
+  CHECK(budget > 4.0);
+  options.split_budget = budget;
+  CHECK((in_steps(cables.geometries, options).file == as_needed.file));
 }
 
 TEST_CASE("files of many nodes are the same") {

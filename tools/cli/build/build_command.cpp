@@ -147,6 +147,14 @@ void add_machine_options(CLI::App& app, BuildCommand& command) {
   add_memory_option(app, command.max_memory);
 }
 
+/// "auto", or a number.
+std::string read_split_budget(std::string& text) {
+  if (text != "auto") return CLI::Range(1.0, 16.0)(text);
+  text = "0";
+  static_assert(build::kSplitsAsNeeded == 0.0);
+  return {};
+}
+
 void add_expert_options(CLI::App& app, BuildCommand& command) {
   app.add_option("--max-leaf", command.max_leaf, "Most triangles below one leaf reference, 1 to 64")
       ->check(CLI::Range(1u, 64u))
@@ -155,8 +163,9 @@ void add_expert_options(CLI::App& app, BuildCommand& command) {
       ->group(kExpertGroup);
   app.add_option("--split-budget", command.split_budget,
                  "References per primitive that spatial splits may create, on average, 1 to 16. For sbvh, hq and "
-                 "embree-high (default: 3 for hq, 1.5 for the others)")
-      ->check(CLI::Range(1.0, 16.0))
+                 "embree-high (default: 3 for hq, 1.5 for the others). auto: up to 8 with sbvh and hq, where boxes are "
+                 "much larger than their triangles")
+      ->transform(CLI::Validator(read_split_budget, ""))
       ->type_name("X")
       ->group(kExpertGroup);
   app.add_option("--presplit-budget", command.presplit_budget,
