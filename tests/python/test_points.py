@@ -11,7 +11,7 @@ from point_oracle import closest
 from shapes import same, soup, sphere
 from test_instances import placed, random_matrices
 
-BUILDS = ({"quality": "fast"}, {"quality": "high"}, {"builder": "hploc", "presplit_budget": 4},
+BUILDS = ({"quality": "fast"}, {"quality": "high"}, {"builder": "hploc", "presplit_budget": 4}, {"split_budget": 0},
           {"quality": "fast", "layout": "half"}, {"quality": "fast", "layout": "quantized"})
 
 
