@@ -55,9 +55,9 @@ struct SahCosts {
   float custom = 1.5f;    ///< One custom leaf (two custom primitives): two box tests and a call or two.
 };
 
-/// For BuildOptions::split_budget: what the scene asks for. Where boxes are much larger than their triangles (long
-/// diagonal ones: pipes, cables) kSbvh and kHq get a budget of up to 8. Other scenes, other builders and
-/// gpu::enqueue_build() get the one that stands for an unset option.
+/// A value of BuildOptions::split_budget: the builder chooses the budget from the scene. kSbvh and kHq take up to 8
+/// where boxes are much larger than their triangles, for example around long diagonal ones (pipes, cables). Other
+/// scenes, other builders and gpu::enqueue_build() get the default budget.
 inline constexpr double kSplitsAsNeeded = 0.0;
 
 struct BuildOptions {

@@ -94,9 +94,9 @@ struct LeafEdges {
   /// other lanes are not used.
   HIPRT_FORCE_INLINE WideLanes::Float other() const { return WideLanes::shuffle<3, 2, 2, 3>(around); }
 
-  /// Bit 4 h + i: triangle i of leaf h may be hit. No edge function is certainly positive, or none certainly negative;
-  /// and the depth of the hit is not certainly less than that of tmin. A NaN counts as neither, or hides others: then
-  /// the triangle is met, and meet_again() decides. Most triangles whose line a short ray meets lie behind it.
+  /// Bit 4 h + i: triangle i of leaf h may be hit. No edge function is certainly positive, or none certainly negative.
+  /// And the depth of the hit is not certainly less than that of tmin: the line of a short ray meets many triangles
+  /// behind its origin. A NaN counts as neither, or hides others: then the triangle is met, and meet_again() decides.
   ///
   /// With u = 2^-24: the depth t dz is n / d, n the sum of edge functions times depths, d the sum of edge functions.
   /// The edge functions of a triangle that is met have one sign. So n / d is off by at most 8 u times the largest depth

@@ -44,13 +44,13 @@ template <bool kClosest> class HostSearch {
   HIPRT_FORCE_INLINE HostSearch(const SceneView& scene, const Ray& ray)
       : scene_(&scene),
         ray_(&ray),
-        place_(stack_.start(prepare(*scene.host, ray, prepared_) ? HostRef(scene.host->nodes) : HostRef::none())) {}
+        cursor_(stack_.start(prepare(*scene.host, ray, prepared_) ? HostRef(scene.host->nodes) : HostRef::none())) {}
 
   HIPRT_FORCE_INLINE Hit run() {
-    Place at = place_;
+    Cursor at = cursor_;
     for (;;) {
       if (at.next.is_node()) {
-        // In registers, as no leaf is tested here.
+        // A copy stays in registers: no leaf test can change it here.
         const HostSlabs slabs = prepared_.slabs;
         const float limit = prepared_.limit;
         do visit(slabs, limit, at);
@@ -64,9 +64,9 @@ template <bool kClosest> class HostSearch {
   /// Visits a node, or tests leaves. Then other rays are traced while memory is read for this one.
   /// @return false: the search has ended.
   HIPRT_FORCE_INLINE bool step() {
-    if (place_.next.is_node())
-      visit(prepared_.slabs, prepared_.limit, place_);
-    else if (place_.next.is_none() || !test_leaves(place_))
+    if (cursor_.next.is_node())
+      visit(prepared_.slabs, prepared_.limit, cursor_);
+    else if (cursor_.next.is_none() || !test_leaves(cursor_))
       return false;
     return true;
   }
@@ -74,9 +74,9 @@ template <bool kClosest> class HostSearch {
   HIPRT_FORCE_INLINE Hit hit() const { return host_hit<kClosest>(*ray_, t_, u_, v_, found_); }
 
  private:
-  using Place = typename HostStack<kClosest>::Place;
+  using Cursor = typename HostStack<kClosest>::Cursor;
 
-  HIPRT_FORCE_INLINE static void visit(const HostSlabs& slabs, float limit, Place& at) {
+  HIPRT_FORCE_INLINE static void visit(const HostSlabs& slabs, float limit, Cursor& at) {
     const HostNode& node = *at.next.node();
     at.visit(node, meet_boxes(node, slabs), limit);
   }
@@ -96,31 +96,31 @@ template <bool kClosest> class HostSearch {
 
   /// Tests the leaves that are next and pops what follows.
   /// @return false: a hit ends the search.
-  HIPRT_FORCE_INLINE bool test_leaves(Place& place) {
-    const auto offer = [&](const Candidate& at, const HostTriangle& triangle) HIPRT_FORCE_INLINE_LAMBDA {
-      if (!(at.t >= prepared_.tmin && at.t <= prepared_.limit) || !is_visible(*scene_, *ray_, triangle) ||
-          (kClosest && loses_tie(at.t, prepared_.limit, triangle, found_)))
+  HIPRT_FORCE_INLINE bool test_leaves(Cursor& at) {
+    const auto offer = [&](const Candidate& candidate, const HostTriangle& triangle) HIPRT_FORCE_INLINE_LAMBDA {
+      if (!(candidate.t >= prepared_.tmin && candidate.t <= prepared_.limit) || !is_visible(*scene_, *ray_, triangle) ||
+          (kClosest && loses_tie(candidate.t, prepared_.limit, triangle, found_)))
         return true;
       // Not as one struct: its copy would wait for the stores of its members.
-      t_ = at.t;
-      u_ = at.u;
-      v_ = at.v;
+      t_ = candidate.t;
+      u_ = candidate.u;
+      v_ = candidate.v;
       found_ = triangle;
-      prepared_.set_limit(at.t);
+      prepared_.set_limit(candidate.t);
       return kClosest;
     };
-    const PlanesLeaf* leaves = place.next.leaves();
-    if (place.next.is_long_run()) [[unlikely]] {
+    const PlanesLeaf* leaves = at.next.leaves();
+    if (at.next.is_long_run()) [[unlikely]] {
       for (;; ++leaves) {
         if (!meet_leaves(leaves, 1, *ray_, prepared_, offer)) return false;
         if ((leaves->info.geometry_and_flags & kLastInRun) != 0) break;
       }
     } else {
-      const unsigned count = place.next.leaf_count();
+      const unsigned count = at.next.leaf_count();
       if (!meet_leaves(leaves, count < 2 ? 1 : 2, *ray_, prepared_, offer)) return false;
       if (count > 2 && !meet_leaves(leaves + 2, count - 2, *ray_, prepared_, offer)) return false;
     }
-    place.pop(prepared_.limit);
+    at.pop(prepared_.limit);
     return true;
   }
 
@@ -130,7 +130,7 @@ template <bool kClosest> class HostSearch {
   float t_, u_, v_;
   HostTriangle found_;
   HostStack<kClosest> stack_;
-  Place place_;
+  Cursor cursor_;
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -35,8 +35,9 @@ template <bool kSorted> class HostStack {
   using Kept = std::conditional_t<kSorted, Entry, PlainEntry>;
 
  public:
-  /// Where a search is. It is apart from the stack, so that a loop can keep it in registers.
-  struct Place {
+  /// The position of a search: the next reference and the end of the stack. It is apart from the entries, so that a
+  /// loop can keep it in registers.
+  struct Cursor {
     HostRef next;  ///< The node or leaves to visit next. is_none(): the search has ended.
     Kept* top;     ///< Behind the last entry.
 
@@ -118,15 +119,15 @@ template <bool kSorted> class HostStack {
   };
 
   HostStack() = default;
-  // Places point into it.
+  // Cursors point into it.
   HostStack(const HostStack&) = delete;
   HostStack& operator=(const HostStack&) = delete;
 
   /// @param root none(): a search that has ended.
-  HIPRT_FORCE_INLINE Place start(HostRef root) {
-    Place place{root, entries_};
-    place.push({HostRef::none(), -std::numeric_limits<float>::infinity()});
-    return place;
+  HIPRT_FORCE_INLINE Cursor start(HostRef root) {
+    Cursor cursor{root, entries_};
+    cursor.push({HostRef::none(), -std::numeric_limits<float>::infinity()});
+    return cursor;
   }
 
  private:

@@ -13,7 +13,6 @@
 #include <hiprt_build/lbvh_ploc/bottom_up.h>
 #include <hiprt_build/pipeline/build_on.h>
 #include <hiprt_build/presplit/presplit.h>
-#include <hiprt_build/presplit/split_demand.h>
 #include <hiprt_build/reinsert/reinsert.h>
 #include <hiprt_build/sah_sbvh/sah.h>
 #include <hiprt_build/sah_sbvh/sbvh.h>
@@ -113,36 +112,10 @@ Result<Bvh> finish(CpuEngine& engine, const Job& job, const BuildInput& input, c
   return Bvh{std::move(*buffer), statistics};
 }
 
-/// @return the budget in place of kSplitsAsNeeded.
-double choose_split_budget(CpuEngine& engine, const GeometryTable& geometries, const PairedPrimitives& paired,
-                           double least) {
-  const std::span<const LeafPrimitives> leaves = paired.leaves.span().first(paired.count);
-  const auto sum = [&](const auto& none, const auto& add) {
-    return Threads::reduce(
-        leaves.size(), CpuEngine::kChunk, none,
-        [&](std::size_t begin, std::size_t end, auto so_far) {
-          engine.monitor().check();
-          for (std::size_t i = begin; i < end; ++i) add(so_far, leaves[i]);
-          return so_far;
-        },
-        [](auto a, const auto& b) {
-          a.add(b);
-          return a;
-        });
-  };
-  const SimdBox bounds =
-      sum(SimdBox{}, [&](SimdBox& box, const LeafPrimitives& leaf) { box.add(leaf_simd_box(geometries, leaf)); });
-  const float area = half_area(to_box(bounds));
-  const SplitDemand demand = sum(SplitDemand{}, [&](SplitDemand& so_far, const LeafPrimitives& leaf) {
-    so_far.add(SplitDemand::of(area, to_box(leaf_simd_box(geometries, leaf)), leaf_corners(geometries, leaf),
-                               leaf.contents.is_pair()));
-  });
-  return split_budget_for(demand, least, std::numeric_limits<double>::infinity());
-}
-
 /// The steps of a build.
 Result<Bvh> run(CpuEngine& engine, const Job& wanted) {
   Stopwatch total, watch;
+  // Of job: the budget follows from the paired triangles.
   BuildOptions options = with_defaults(wanted.options);
   const Job job{wanted.scene, options, wanted.imported};
   const BuildInput input(job.scene);
@@ -162,7 +135,9 @@ Result<Bvh> run(CpuEngine& engine, const Job& wanted) {
   BuildStatistics statistics = count_input(input, paired, options.builder);
   statistics.pair_seconds = watch.lap();
   if (splits_as_needed(wanted.options) && paired.custom_count == 0)
-    options.split_budget = choose_split_budget(engine, geometries, paired, *options.split_budget);
+    options.split_budget =
+        split_budget_for(measure_demand(engine, geometries, paired.leaves.span().first(paired.count)),
+                         *options.split_budget, std::numeric_limits<double>::infinity());
   Result<DepthFirstTree> tree =
       job.imported == nullptr
           ? build_tree_or_ours(engine, statistics.builder, geometries, paired, options)

@@ -138,4 +138,27 @@ ScratchArray<Reference> presplit(CpuEngine& engine, const GeometryTable& geometr
   return Presplitter(engine, geometries, std::move(references)).run(most - count);
 }
 
+SplitDemand measure_demand(CpuEngine& engine, const GeometryTable& geometries, std::span<const LeafPrimitives> leaves) {
+  const auto sum = [&](const auto& none, const auto& add) {
+    return Threads::reduce(
+        leaves.size(), CpuEngine::kChunk, none,
+        [&](std::size_t begin, std::size_t end, auto so_far) {
+          engine.monitor().check();
+          for (std::size_t i = begin; i < end; ++i) add(so_far, leaves[i]);
+          return so_far;
+        },
+        [](auto a, const auto& b) {
+          a.add(b);
+          return a;
+        });
+  };
+  const SimdBox bounds =
+      sum(SimdBox{}, [&](SimdBox& box, const LeafPrimitives& leaf) { box.add(leaf_simd_box(geometries, leaf)); });
+  const float scene = half_area(to_box(bounds));
+  return sum(SplitDemand{}, [&](SplitDemand& so_far, const LeafPrimitives& leaf) {
+    so_far.add(SplitDemand::of(scene, to_box(leaf_simd_box(geometries, leaf)), leaf_corners(geometries, leaf),
+                               leaf.contents.is_pair()));
+  });
+}
+
 }  // namespace hiprt::build

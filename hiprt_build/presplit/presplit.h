@@ -2,6 +2,7 @@
 /// Pre-splitting: splits references before a tree is built over them. Internal.
 
 #include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/presplit/split_demand.h>
 #include <hiprt_build/tree/binary_tree.h>
 
 namespace hiprt::build {
@@ -13,5 +14,8 @@ namespace hiprt::build {
 /// @return at most budget times as many references; their order follows that of the input.
 ScratchArray<Reference> presplit(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references,
                                  double budget);
+
+/// @return what split_budget_for() needs. @param leaves of all triangles. @pre no custom primitives.
+SplitDemand measure_demand(CpuEngine& engine, const GeometryTable& geometries, std::span<const LeafPrimitives> leaves);
 
 }  // namespace hiprt::build

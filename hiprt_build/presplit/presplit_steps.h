@@ -101,7 +101,7 @@ namespace presplit_detail {
 /// the axes has 2 and gains little from cuts. SAH costs with 1, 2, 3 and 5: decision 0011.)
 inline constexpr float kFilled = 3.0f;
 
-/// Of one triangle.
+/// least_area() of one triangle.
 HIPRT_HD HIPRT_FORCE_INLINE float least_area(const Point& a, const Point& b, const Point& c) {
   float sum = 0.0f;
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -126,7 +126,7 @@ HIPRT_HD HIPRT_FORCE_INLINE float negative_power(unsigned n) { return std::bit_c
 
 }  // namespace presplit_detail
 
-/// Area that boxes around ever smaller parts of a leaf's triangles come down to: as half_area().
+/// The limit of the area of boxes around ever smaller parts of a leaf's triangles, as half_area().
 HIPRT_HD HIPRT_FORCE_INLINE float least_area(const LeafCorners& corners, bool pair) {
   const Point(&v)[4] = corners.v;
   return presplit_detail::least_area(v[0], v[1], v[2]) + (pair ? presplit_detail::least_area(v[1], v[3], v[2]) : 0.0f);

@@ -1,8 +1,8 @@
 #pragma once
-/// How many spatial splits a scene asks for: the budget where BuildOptions::split_budget is not set. Internal.
+/// How many spatial splits a scene needs: the budget of kSplitsAsNeeded. Internal.
 ///
-/// The box of a long diagonal triangle is many times as large as the triangle, and rays that miss the triangle enter
-/// it. Boxes around k parts of such a triangle have a k-th of the area in all.
+/// The box of a long diagonal triangle is many times as large as the triangle. Most rays that enter the box miss the
+/// triangle. If such a triangle is split into k parts, the boxes of the parts have 1/k of the area in all.
 
 #include <hiprt_build/format/box.h>
 #include <hiprt_build/presplit/presplit_steps.h>
@@ -12,11 +12,11 @@
 
 namespace hiprt::build {
 
-/// Sums over the leaves of a scene, in units of 2^-36 of the area of its bounds. They are whole numbers, so they do not
-/// depend on the order.
+/// Sums over the leaves of a scene, in units of 2^-36 of the area of its bounds. They are integers, so they do not
+/// depend on the order of summation.
 struct SplitDemand {
   unsigned long long boxes;  ///< Areas of the leaves' boxes.
-  unsigned long long least;  ///< What they come down to with ever more splits.
+  unsigned long long least;  ///< Their limit with ever more splits: least_area().
 
   /// @param scene area of its bounds, as half_area(). @param box of the leaf. @param corners,pair its triangles.
   HIPRT_HD static SplitDemand of(float scene, const Box& box, const LeafCorners& corners, bool pair) {
@@ -36,10 +36,9 @@ struct SplitDemand {
   }
 };
 
-/// @param least the builder's own budget. @param most the largest budget that fits.
-/// @return 3/8 of the root of the factor by which boxes are too large, from @p least up to 8. Factors of usual scenes
-/// are 1 to 10; 16 gives 1.5, 455 gives 8. p times as many parts make boxes p times as small, so memory and work are
-/// balanced near the root.
+/// @param least the builder's default budget. @param most the largest budget that the caller can hold.
+/// @return 3/8 of the square root of boxes / least, but at least @p least and at most 8. A ratio of 16 gives 1.5 (the
+/// default of kSbvh), 64 gives 3 (kHq), 455 gives 8. Nine benchmark scenes had ratios from 1 to 10, p_pipes 480.
 inline double split_budget_for(const SplitDemand& demand, double least, double most) {
   if (demand.least == 0) return least;
   const double factor = static_cast<double>(demand.boxes) / static_cast<double>(demand.least);

@@ -172,7 +172,7 @@ TEST_CASE("Hits at the ends of rays are the same, bit for bit") {
         REQUIRE(difference(scene.traced, later) == "");
         REQUIRE(difference(scene.traced, shorter) == "");
       }
-      // From the hit's place, within rounding, and from a spawned origin.
+      // From the hit point, within rounding, and from a spawned origin.
       Ray bounce = random_ray(random, scale);
       for (const bool spawned : {false, true}) {
         bounce.origin = spawned ? spawn_origin(ray, hit, bounce.direction) : Vec3{};
