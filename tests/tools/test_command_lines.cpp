@@ -65,6 +65,9 @@ TEST_CASE("Command lines: bad usage is status 2 with one line that names the fau
   check_usage_error(build, {"a.obj", "-o", "b", "--threads", "two"}, "--threads");
   check_usage_error(build, {"a.obj", "-o", "b", "--max-leaf", "0"}, "--max-leaf");
   check_usage_error(build, {"a.obj", "-o", "b", "--max-leaf", "65"}, "--max-leaf");
+  for (const char* budget : {"0", "0.9", "17", "many"})
+    check_usage_error(build, {"a.obj", "-o", "b", "--split-budget", budget},
+                      std::string("'") + budget + "' is no split budget: expected 1 to 16, or auto");
   check_usage_error(kTools[1], {"a.bvh", "b.bvh"}, "OUT requires --upgrade");
   const Tool& trace = kTools[2];
   check_usage_error(trace, {"a.bvh", "--hits", "h"}, "--rays");

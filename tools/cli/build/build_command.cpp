@@ -149,10 +149,12 @@ void add_machine_options(CLI::App& app, BuildCommand& command) {
 
 /// "auto", or a number.
 std::string read_split_budget(std::string& text) {
-  if (text != "auto") return CLI::Range(1.0, 16.0)(text);
-  text = "0";
-  static_assert(build::kSplitsAsNeeded == 0.0);
-  return {};
+  if (text == "auto") {
+    static_assert(build::kSplitsAsNeeded == 0.0);
+    text = "0";
+    return {};
+  }
+  return CLI::Range(1.0, 16.0)(text).empty() ? "" : in_quotes(text) + " is no split budget: expected 1 to 16, or auto";
 }
 
 void add_expert_options(CLI::App& app, BuildCommand& command) {
