@@ -167,6 +167,21 @@ TEST_CASE("bvhrender under mpirun: a lost rank ends the run with its name, and -
   CHECK_FALSE(std::filesystem::exists(kept));
 }
 
+// A rank that has just died can be written to once more, which raises SIGPIPE.
+TEST_CASE("bvhrender under mpirun: SIGPIPE ends no rank") {
+  if (skip_without(mpirun(), "SIGPIPE") || skip_kills("SIGPIPE")) return;
+  const TempFolder folder;
+  const std::string scene = write_squares(folder), kept = folder / "kept";
+  const Words words = picture(scene, true, 2);
+  render_well(words + Words{"-o", folder / "alone.exr"});
+  MpiRun run(under_mpirun(3, words + Words{"-o", folder / "out.exr", "--resume", kept, "--resume-every", "0"}));
+  REQUIRE(run.wait_for(1) > 0);
+  CHECK(run.writes(kept));
+  for (const int rank : {0, 1})
+    for (const pid_t process : run.processes(rank)) kill(process, SIGPIPE);
+  check_whole(run_bounded(run), folder / "out.exr", folder / "alone.exr");
+}
+
 TEST_CASE("bvhrender under mpirun: a rank that stands still for a second") {
   if (skip_without(mpirun(), "delayed ranks") || skip_kills("delayed ranks")) return;
   const TempFolder folder;

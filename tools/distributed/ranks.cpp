@@ -48,6 +48,9 @@ void use_transport_that_survives() {
   ::setenv("OMPI_MCA_btl", "tcp,self", 0);
 }
 
+/// MPI's transport by TCP writes without MSG_NOSIGNAL: a rank that has just died would take those down that write to it.
+void survive_broken_connections() { std::signal(SIGPIPE, SIG_IGN); }
+
 void flush_output() {
   std::cout.flush();
   std::fflush(nullptr);
@@ -61,6 +64,7 @@ build::Result<std::unique_ptr<Ranks>> Ranks::join(const RankOptions& options) {
   const auto launch = launch_of_environment();
   if (!launch || launch->size == 1) return std::make_unique<Ranks>();
   if (options.lossy || mpirun_recovers()) use_transport_that_survives();
+  survive_broken_connections();
   return join(make_wire(), options);
 }
 

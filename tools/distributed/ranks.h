@@ -52,6 +52,7 @@ using SharedBytes = std::shared_ptr<const std::vector<std::byte>>;
 class Ranks {
  public:
   /// Starts MPI if mpirun, Slurm or the like has started this program as one of several. Call it once.
+  /// Then the process ignores SIGPIPE.
   /// @return kBackend: MPI is not compiled in or did not start, or not all ranks came in time. Then end the program.
   static build::Result<std::unique_ptr<Ranks>> join(const RankOptions& options = {});
   /// As join(), over @p wire. For tests.
