@@ -48,7 +48,7 @@ void use_transport_that_survives() {
   ::setenv("OMPI_MCA_btl", "tcp,self", 0);
 }
 
-/// MPI's transport by TCP writes without MSG_NOSIGNAL: a rank that has just died would take those down that write to it.
+/// MPI's transport by TCP writes without MSG_NOSIGNAL: the end of a rank would end others that still write to it.
 void survive_broken_connections() { std::signal(SIGPIPE, SIG_IGN); }
 
 void flush_output() {
