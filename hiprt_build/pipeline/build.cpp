@@ -14,6 +14,7 @@
 #include <hiprt_build/pipeline/build_on.h>
 #include <hiprt_build/presplit/presplit.h>
 #include <hiprt_build/reinsert/reinsert.h>
+#include <hiprt_build/reinsert/reinsert_steps.h>
 #include <hiprt_build/sah_sbvh/sah.h>
 #include <hiprt_build/sah_sbvh/sbvh.h>
 #include <hiprt_device/format/buffer.h>
@@ -144,7 +145,9 @@ Result<Bvh> run(CpuEngine& engine, const Job& wanted) {
           : build_imported(engine, *job.imported, checked, geometries, make_references(engine, geometries, paired));
   if (!tree) return tl::unexpected(tree.error());
   checked = CheckedTree{};
-  tree = reinsert(engine, std::move(*tree), *options.reinsertion_rounds);
+  unsigned rounds = *options.reinsertion_rounds;
+  if (!wanted.options.reinsertion_rounds) rounds = usual_rounds(rounds, paired.count, tree->references.size());
+  tree = reinsert(engine, std::move(*tree), rounds);
   statistics.tree_seconds = watch.lap();
   Result<Bvh> bvh = finish(engine, job, input, paired, *tree, statistics);
   if (bvh) bvh->statistics.total_seconds = total.lap();

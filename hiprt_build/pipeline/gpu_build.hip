@@ -284,8 +284,10 @@ class Enqueuer {
     steps_.then([&] {
       const bool has_gaps = plan_.imports() || (plan_.leaves_gaps() && !plan_.gapped());
       const std::uint32_t* const leaves = has_gaps ? nullptr : &state_->counts.leaves;
-      return enqueue_finish_tree({planned_tree(), plan_.capacity, leaves, plan_.rounds}, scratch_.stage,
-                                 steps_.stream(), LongStep(options_.progress, "reinsert", 0.5, 0.8, plan_.unasked));
+      const bool limits = plan_.usual_rounds && plan_.splits() && leaves != nullptr;
+      return enqueue_finish_tree(
+          {planned_tree(), plan_.capacity, leaves, plan_.rounds, limits ? &state_->whole : nullptr}, scratch_.stage,
+          steps_.stream(), LongStep(options_.progress, "reinsert", 0.5, 0.8, plan_.unasked));
     });
   }
 

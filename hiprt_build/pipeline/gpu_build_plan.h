@@ -33,6 +33,7 @@ struct BuildPlan {
   bool measures_demand = false;                      ///< Whether split_budget is only the least.
   double split_budget = 1.0, presplit_budget = 1.0;  ///< 1 where there are custom primitives.
   unsigned rounds = 0, radius = 0;
+  bool usual_rounds = false;  ///< Whether the caller named no rounds.
   std::size_t sort_bytes = 0;
   std::uint32_t imported_leaves = 0;  ///< Of the caller's tree; 0: the builder makes one.
 

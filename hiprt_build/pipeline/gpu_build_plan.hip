@@ -237,6 +237,7 @@ Result<BuildPlan> plan_memory(std::span<const DeviceGeometry> geometries, const 
   plan.presplit_budget = whole ? 1.0 : options.presplit_budget;
   plan.split_budget = whole || options.builder == Builder::kSah ? 1.0 : *options.split_budget;
   plan.rounds = *options.reinsertion_rounds;
+  plan.usual_rounds = !wanted.reinsertion_rounds;
   plan.radius = options.ploc_radius;
   if (imported_leaves != 0)
     plan_import(plan, geometries, imported_leaves);

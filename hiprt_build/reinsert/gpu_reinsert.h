@@ -14,6 +14,8 @@ struct TreeInput {
   std::uint32_t capacity;
   const std::uint32_t* leaves;  ///< On the device: how many, if neither leaves nor nodes have gaps; else nullptr.
   unsigned rounds;              ///< Of reinsertion.
+  /// On the device: references before splits, if usual_rounds() is to limit the rounds; else nullptr.
+  const std::uint32_t* references = nullptr;
   std::uint32_t most_height = build::kMostReinsertionHeight;  ///< Tests choose others.
 };
 

@@ -20,7 +20,7 @@ struct ReinsertScratch {
   Reinsertion* found = nullptr;
   std::uint8_t* granted = nullptr;
   NodeLinks* before = nullptr;
-  std::uint32_t *height = nullptr, *too_deep = nullptr;
+  std::uint32_t *height = nullptr, *most_rounds = nullptr, *too_deep = nullptr;
 
   ReinsertScratch(Arena& arena, std::uint32_t capacity, unsigned rounds)
       : subtrees(2 * (capacity + TreeSize::kRoom)),
@@ -33,6 +33,7 @@ struct ReinsertScratch {
     granted = arena.take<std::uint8_t>(looking);
     before = arena.take<NodeLinks>(capacity);
     height = arena.take<std::uint32_t>(1);
+    most_rounds = arena.take<std::uint32_t>(1);
     too_deep = arena.take<std::uint32_t>(1);
   }
 
@@ -58,16 +59,22 @@ Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* memory, hipS
   Arena arena(memory);
   const ReinsertScratch scratch(arena, capacity, input.rounds);
   const TreeSize size{capacity, input.leaves};
-  const ShapeTree shape{
-      {tree.leaves, tree.nodes, {}, tree.root}, size, scratch.parents, scratch.height, input.most_height};
+  const ShapeTree shape{{tree.leaves, tree.nodes, {}, tree.root},
+                        size,
+                        scratch.parents,
+                        scratch.height,
+                        scratch.most_rounds,
+                        input.most_height};
   Launcher steps(stream);
   steps.fill_bytes("parents", scratch.parents, scratch.subtrees, 0xff);
   steps.each(capacity, "set_parents", set_parents, shape);
-  if (input.rounds != 0) steps.each(capacity, "start_rounds", start_rounds, shape, scratch.before);
+  if (input.rounds != 0)
+    steps.each(capacity, "start_rounds", start_rounds, shape, scratch.before, input.rounds, input.references);
   for (unsigned round = 0; round < input.rounds; ++round) {
     const Lookers lookers{Lookers::kUsualShift, round % (1u << Lookers::kUsualShift)};
     scratch.clear(steps, capacity);
-    steps.each(scratch.looking, "find_reinsertions", find_reinsertions, shape, lookers, scratch.looking, scratch.found);
+    steps.each(scratch.looking, "find_reinsertions", find_reinsertions, shape, round, lookers, scratch.looking,
+               scratch.found);
     steps.each(scratch.looking, "bid_for_reinsertions", bid_for_reinsertions, shape, lookers, scratch.looking,
                scratch.found, scratch.bids);
     steps.each(scratch.looking, "grant_reinsertions", grant_reinsertions, shape, lookers, scratch.looking,
@@ -75,7 +82,7 @@ Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* memory, hipS
     steps.each(scratch.looking, "apply_reinsertions", apply_reinsertions, shape, lookers, scratch.looking,
                scratch.found, scratch.granted);
     if (round + 1 == input.rounds) break;
-    steps.each(capacity, "refit_round", refit_round, shape, scratch.met);
+    steps.each(capacity, "refit_round", refit_round, shape, round, scratch.met);
     steps.then([&] { return asks.done(stream, capacity, (round + 1.0) / input.rounds); });
   }
   if (input.rounds == 0) scratch.clear(steps, capacity);

@@ -29,9 +29,11 @@ struct ShapeTree {
   TreeSize size;
   std::uint32_t* parents;  ///< [2 first_leaf()]: kInvalidId where there is none.
   std::uint32_t* height;   ///< RefitStep::height after a round; 0 before. nullptr without rounds.
+  std::uint32_t* rounds;   ///< How many there may be. nullptr without rounds.
   std::uint32_t most_height;
 
-  HIPRT_HD bool ended() const { return *height > most_height; }
+  /// Whether a round comes too late.
+  HIPRT_HD bool ended(unsigned round) const { return *height > most_height || round >= *rounds; }
   HIPRT_HD ParentedTree<LinkedTree<ReferenceLeaves, NoSums>> parented() const {
     return {tree, size.first_leaf(), parents};
   }
@@ -53,18 +55,22 @@ struct NodeLinks {
   LinkedRef child[2];
 };
 
-static __global__ void __launch_bounds__(kBlock) start_rounds(ShapeTree shape, NodeLinks* before) {
+static __global__ void __launch_bounds__(kBlock)
+    start_rounds(ShapeTree shape, NodeLinks* before, unsigned rounds, const std::uint32_t* references) {
   const std::uint32_t i = thread_index();
-  if (i == 0) *shape.height = 0;
+  if (i == 0) {
+    *shape.height = 0;
+    *shape.rounds = references != nullptr ? usual_rounds(rounds, *references, shape.size()) : rounds;
+  }
   if (i >= shape.size()) return;
   const LinkedNode& node = shape.tree.nodes[i];
   before[i] = NodeLinks{{node.child[0], node.child[1]}};
 }
 static __global__ void __launch_bounds__(kBlock)
-    find_reinsertions(ShapeTree shape, Lookers lookers, std::uint32_t looking, Reinsertion* found) {
+    find_reinsertions(ShapeTree shape, unsigned round, Lookers lookers, std::uint32_t looking, Reinsertion* found) {
   const std::uint32_t i = thread_index();
   if (i >= looking) return;
-  if (shape.ended())
+  if (shape.ended(round))
     found[i] = Reinsertion{0.0f, kInvalidId, kInvalidId};
   else
     FindReinsertionStep<Shape>{shape.parented(), lookers, found}(i);
@@ -88,9 +94,9 @@ static __global__ void __launch_bounds__(kBlock)
   if (i < looking) ReinsertStep<Shape>{shape.parented(), lookers, found, granted}(i);
 }
 /// Boxes of all nodes. @param met per node: 0.
-static __global__ void __launch_bounds__(kBlock) refit_round(ShapeTree shape, std::uint32_t* met) {
+static __global__ void __launch_bounds__(kBlock) refit_round(ShapeTree shape, unsigned round, std::uint32_t* met) {
   const std::uint32_t i = thread_index();
-  if (i < shape.size() && !shape.ended()) RefitStep<Shape>{shape.parented(), met, shape.height}(i);
+  if (i < shape.size() && !shape.ended(round)) RefitStep<Shape>{shape.parented(), met, shape.height}(i);
 }
 
 /// Boxes and plans of all nodes. @param met per node: 0.

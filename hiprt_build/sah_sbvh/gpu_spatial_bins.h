@@ -73,15 +73,31 @@ inline __device__ Parts split_reference(const GeometryTable& geometries, const R
   return parts;
 }
 
-/// The slabs of an axis that a reference is in. A flat reference on a plane ends before it begins: it is in slab begin.
-struct SlabSpan {
-  int begin, end;
+/// The counts of SlabBins alone.
+struct SlabCounts {
+  static constexpr unsigned kSize = 3 * 2 * kSpatialBins;
 
-  __device__ SlabSpan(const SlabPlanes& planes, const Box& box, unsigned axis)
-      : begin(planes.first(pick(box.min, axis), static_cast<int>(axis))),
-        end(planes.last(pick(box.max, axis), static_cast<int>(axis))) {}
-  __device__ bool is_cut() const { return begin < end; }
+  std::uint32_t* words;
+
+  /// Part @p thread of @p threads.
+  __device__ void clear(unsigned thread, unsigned threads) const {
+    for (unsigned i = thread; i < kSize; i += threads) words[i] = 0;
+  }
+  __device__ void count(unsigned axis, unsigned word, unsigned slab) const {
+    fetch_add(words + (axis * 2 + word) * kSpatialBins + slab, 1);
+  }
+  /// Adds all to those of @p bins, part @p thread of @p threads.
+  __device__ void add_to(const SlabBins& bins, unsigned thread, unsigned threads) const {
+    for (unsigned i = thread; i < kSize; i += threads) {
+      const unsigned row = i / kSpatialBins;
+      if (words[i] != 0) fetch_add(bins.at(row / 2, 6 + row % 2, i % kSpatialBins), words[i]);
+    }
+  }
 };
+
+inline __device__ SlabSpan span_of(const SlabPlanes& planes, const Box& box, unsigned axis) {
+  return planes.span(static_cast<int>(axis), pick(box.min, axis), pick(box.max, axis));
+}
 
 /// Adds a box to a slab. Axis k of the box is axis (k + rotation) % 3.
 inline __device__ void add_part(const SlabBins& bins, unsigned axis, int slab, unsigned rotation, const SimdBox& part) {
@@ -92,21 +108,52 @@ inline __device__ void add_part(const SlabBins& bins, unsigned axis, int slab, u
   }
   bins.add(axis, static_cast<unsigned>(slab), rotation, low, high);
 }
-/// Counts a reference where it begins and where it ends.
-inline __device__ void count_ends(const SlabBins& bins, unsigned axis, const SlabSpan& span) {
-  bins.count(axis, 0, static_cast<unsigned>(span.begin));
-  bins.count(axis, 1, static_cast<unsigned>(span.is_cut() ? span.end : span.begin));
+/// Counts a reference where it begins and where it ends. @tparam Counts SlabBins or SlabCounts.
+template <class Counts> __device__ void count_ends(const Counts& counts, unsigned axis, const SlabSpan& span) {
+  counts.count(axis, 0, static_cast<unsigned>(span.begin));
+  counts.count(axis, 1, static_cast<unsigned>(span.end));
+}
+template <class Counts> __device__ void count_ends(const Counts& counts, const SlabPlanes& planes, const Box& box) {
+#pragma unroll
+  for (unsigned axis = 0; axis < 3; ++axis) count_ends(counts, axis, span_of(planes, box, axis));
 }
 
-/// Adds the parts of a reference that planes cut. @param span is_cut().
-inline __device__ void bin_cut(const SlabBins& bins, const SlabPlanes& planes, const GeometryTable& geometries,
-                               const Reference& reference, unsigned axis, const SlabSpan& span) {
+/// As SpatialBins::groups() and SpatialBins::crossing().
+struct SlabSums {
+  SlabGroups groups;
+  std::uint32_t crossing;
+};
+/// The same in all lanes. @param size references. @param most as of SpatialBins::groups().
+inline __device__ SlabSums sum_slabs(const WaveGroup& group, const SlabBins& bins, std::uint32_t size,
+                                     std::uint32_t most) {
+  const unsigned lane = group.lane();
+  const bool mine = lane < kSpatialBins;
+  SlabSums sums{SlabGroups::single(), 0};
+#pragma unroll
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const std::uint32_t begins = mine ? *bins.at(axis, 6, lane) : 0, ends = mine ? *bins.at(axis, 7, lane) : 0;
+    const std::uint32_t left = sum_up(group, begins) - begins, right = sum_down(group, ends, kSpatialBins);
+    const bool fits = mine && left != 0 && right != 0 && left + right <= most;
+    sums.groups.begins[axis] = (group.ballot(fits) & SlabGroups::kSingle) | 1u;
+    if (mine && lane != 0 && left + right - size > sums.crossing) sums.crossing = left + right - size;
+  }
+  for (unsigned step = 1; step < WaveGroup::kLanes; step *= 2) {
+    const std::uint32_t other = group.from(lane ^ step, sums.crossing);
+    sums.crossing = other > sums.crossing ? other : sums.crossing;
+  }
+  return sums;
+}
+
+/// Adds the parts of a reference that planes between groups cut.
+inline __device__ void bin_cut(const SlabBins& bins, const SlabPlanes& planes, const SlabGroups& groups,
+                               const GeometryTable& geometries, const Reference& reference, unsigned axis) {
   LeafCorners corners = corners_of(geometries, reference);
   Box whole = reference.box;
+  const SlabSpan span = span_of(planes, whole, axis);
   rotate(whole, axis);
   rotate(corners, axis);
-  SlabPlanes::cut(planes.plane[axis], span.begin, span.end, corners, reference.contents.is_pair(), to_simd(whole), 0,
-                  [&](int slab, const SimdBox& part) { add_part(bins, axis, slab, axis, part); });
+  SlabPlanes::cut(planes.plane[axis], static_cast<int>(axis), groups, span, corners, reference.contents.is_pair(),
+                  to_simd(whole), 0, [&](int slab, const SimdBox& part) { add_part(bins, axis, slab, axis, part); });
 }
 
 /// Adds references to the bins. Most are in one slab. The others take long: they wait in shared memory, so that
@@ -120,28 +167,27 @@ template <unsigned kThreads> struct SlabQueue {
 
   /// By one thread. Follow it with a barrier.
   __device__ void clear() { count = 0; }
-  /// A reference in one slab of an axis is added; otherwise it waits.
-  /// @param number below 2^14.
-  __device__ void add(const SlabBins& bins, const SlabPlanes& planes, const Reference& reference, unsigned number) {
+  /// A reference in one group of slabs is added; otherwise it waits.
+  /// @param number below 2^14. @param counts whether it is to be counted, too.
+  __device__ void add(const SlabBins& bins, const SlabPlanes& planes, const SlabGroups& groups,
+                      const Reference& reference, unsigned number, bool counts) {
 #pragma unroll
     for (unsigned axis = 0; axis < 3; ++axis) {
-      const SlabSpan span(planes, reference.box, axis);
-      count_ends(bins, axis, span);
-      if (span.is_cut())
+      const SlabSpan span = span_of(planes, reference.box, axis);
+      if (counts) count_ends(bins, axis, span);
+      const int along = static_cast<int>(axis);
+      if (groups.behind(along, span.begin) <= span.end)
         items[fetch_add(&count, 1)] = static_cast<std::uint16_t>(number * 4 + axis);
       else
-        add_part(bins, axis, span.begin, 0, to_simd(reference.box));
+        add_part(bins, axis, groups.first(along, span.begin), 0, to_simd(reference.box));
     }
   }
   /// The references that wait. @param get (number): the reference. Barriers belong before it and behind it.
   template <class Get>
-  __device__ void work(const SlabBins& bins, const SlabPlanes& planes, const GeometryTable& geometries, unsigned thread,
-                       Get&& get) const {
-    for (unsigned i = thread; i < count; i += kThreads) {
-      const unsigned item = items[i], axis = item % 4;
-      const Reference reference = get(item / 4);
-      bin_cut(bins, planes, geometries, reference, axis, SlabSpan(planes, reference.box, axis));
-    }
+  __device__ void work(const SlabBins& bins, const SlabPlanes& planes, const SlabGroups& groups,
+                       const GeometryTable& geometries, unsigned thread, Get&& get) const {
+    for (unsigned i = thread; i < count; i += kThreads)
+      bin_cut(bins, planes, groups, geometries, get(items[i] / 4), items[i] % 4);
   }
 };
 

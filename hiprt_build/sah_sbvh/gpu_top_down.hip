@@ -21,6 +21,7 @@ constexpr std::uint32_t kPiece = 2048;
 /// How much of everything there can be.
 struct Limits {
   std::uint32_t pieces, ranges, tasks, small_ranges;
+  std::uint32_t bins;            ///< Ranges of a level with several tasks.
   unsigned free_levels, levels;  ///< Below the free ones ranges are halved by count.
 
   Limits(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning) {
@@ -29,6 +30,7 @@ struct Limits {
     // Ranges of a level share the leaves, and each has more than wave_range.
     ranges = input <= wave_range ? 0 : leaves / (wave_range + 1);
     tasks = ranges == 0 ? 0 : leaves / tuning.task + ranges;
+    bins = ranges == 0 ? 0 : leaves / (tuning.task + 1);
     const auto halvings = static_cast<unsigned>(std::bit_width((leaves - 1) / wave_range));
     free_levels = ranges == 0 ? 0 : std::min(halvings + tuning.spare_levels, kMostLevels - halvings);
     levels = ranges == 0 ? 0 : free_levels + halvings;
@@ -54,7 +56,7 @@ struct Memory {
       tree.tasks[i] = arena.take<LargeTask>(limits.tasks);
     }
     tree.counts = arena.take<TaskCounts>(limits.tasks);
-    tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.ranges} * ObjectBins::kSize);
+    tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.bins} * kBinWords);
     tree.small_ranges = arena.take<SmallRange>(limits.small_ranges);
     tree.most_shared = std::min(SharedRanges::kMost, limits.small_ranges);
     tree.shared_ranges = arena.take<std::uint32_t>(tree.most_shared);
@@ -116,12 +118,13 @@ class Enqueuer {
   void split(unsigned level) {
     const std::uint32_t tasks = limits_.tasks, range_groups = groups(limits_.ranges);
     if (level < limits_.free_levels) {
-      steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects, tree_, level);
       if (spatial_) {
+        steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects<true>, tree_, level);
         steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<true>, tree_, level);
         steps_.persistent("bin_spatial", kTaskBlock, tasks, bin_spatial, tree_, level);
         steps_.persistent("choose_spatial_splits", kGroupBlock, range_groups, choose_spatial_splits, tree_, level);
       } else {
+        steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects<false>, tree_, level);
         steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<false>, tree_, level);
       }
       steps_.persistent("count_sides", kTaskBlock, tasks, count_sides, tree_, level);

@@ -67,9 +67,9 @@ inline __device__ void clear(RangeBox& bounds) {
 }
 
 /// Lists the tasks of a range whose bounds are not known yet, or the range itself if it is small. All lanes call it.
-/// @return its number in the list, or kInvalidId.
+/// @param crossing of the range above. @return its number in the list, or kInvalidId.
 inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDownTree& tree, unsigned level,
-                                           const SmallRange& range) {
+                                           const SmallRange& range, float crossing) {
   TopDownState& state = *tree.state;
   std::uint32_t number = kInvalidId, first_task = 0;
   if (range.size() <= tree.wave_range) {
@@ -90,12 +90,19 @@ inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDown
     large.first_task = first_task;
     large.kind = SplitKind::kMedian;
     large.tries_spatial = 0;
+    large.crossing = crossing;
+    large.bins = tasks > 1 ? fetch_add(&state.bins[level], 1) : kInvalidId;
   }
   number = group.from(0, number);
   first_task = group.from(0, first_task);
   for (std::uint32_t i = group.lane(); i < tasks; i += WaveGroup::kLanes)
     tree.tasks[level % 2][first_task + i] = LargeTask{number, range.begin + i * tree.task};
-  tree.object_bins(number).clear(group.lane(), WaveGroup::kLanes);
+  if (tasks > 1) {
+    group.sync();
+    const LargeRange& large = tree.ranges[level % 2][number];
+    tree.object_bins(large).clear(group.lane(), WaveGroup::kLanes);
+    tree.slab_bins(large).clear(group.lane(), WaveGroup::kLanes);
+  }
   return number;
 }
 

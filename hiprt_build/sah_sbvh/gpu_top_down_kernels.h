@@ -14,94 +14,147 @@ __device__ void for_references(const TopDownTree& tree, unsigned level, const La
   for (std::uint32_t i = task.begin + threadIdx.x; i < end; i += kTaskBlock) visit(load(from + i), i);
 }
 
-static __global__ void __launch_bounds__(kTaskBlock) bin_objects(TopDownTree tree, unsigned level) {
-  __shared__ std::uint32_t words[ObjectBins::kSize];
+/// Chooses the split of references of a range, and whether to try a spatial one. By a group.
+template <bool kSpatialSplits>
+__device__ void choose_split(const WaveGroup& group, const TopDownTree& tree, LargeRange& range,
+                             const ObjectBins& bins) {
+  const std::uint32_t places = range.limit - range.begin;
+  if (is_deep(range.depth, places)) return;
+  const ObjectSplit split = best_object_split(group, bins, range.bounds.box.get());
+  bool cuts = kSpatialSplits && places > range.size() && split.overlap > tree.least_overlap();
+  const bool counted = cuts && !range.has_one_task() && range.is_crowded();
+  SlabSums sums{SlabGroups::single(), 0};
+  if (counted) {
+    sums = sum_slabs(group, tree.slab_bins(range), range.size(), places);
+    cuts = sums.groups.has_planes();
+  }
+  group.sync();
+  if (group.lane() != 0) return;
+  range.split = split;
+  range.kind = split.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
+  range.tries_spatial = cuts ? 1 : 0;
+  range.counts = counted ? 1 : 0;
+  range.groups = sums.groups;
+  if (counted) range.crossing = static_cast<float>(sums.crossing) / static_cast<float>(range.size());
+}
+
+template <bool kSpatialSplits>
+__global__ void __launch_bounds__(kTaskBlock, 5) bin_objects(TopDownTree tree, unsigned level) {
+  __shared__ std::uint32_t words[ObjectBins::kSize], count_words[SlabCounts::kSize];
+  __shared__ SlabPlanes planes;
   const ObjectBins bins{words};
+  const SlabCounts slabs{count_words};
   const std::uint32_t tasks = tree.state->tasks[level];
   for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
     const LargeTask task = tree.tasks[level % 2][t];
-    const LargeRange& range = tree.ranges[level % 2][task.range];
+    LargeRange& range = tree.ranges[level % 2][task.range];
+    const bool counts = kSpatialSplits && !range.has_one_task() && range.is_crowded();
     bins.clear(threadIdx.x, kTaskBlock);
+    if (counts) {
+      slabs.clear(threadIdx.x, kTaskBlock);
+      fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
+    }
     const BinMapping mapping = lane_mapping(range.bounds.centers.get());
     __syncthreads();
-    for_references(tree, level, range, task,
-                   [&](const Reference& r, std::uint32_t) { bin_object(bins, mapping, r.box); });
+    for_references(tree, level, range, task, [&](const Reference& r, std::uint32_t) {
+      bin_object(bins, mapping, r.box);
+      if (counts) count_ends(slabs, planes, r.box);
+    });
     __syncthreads();
-    tree.object_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
+    if (range.has_one_task()) {
+      if (threadIdx.x < WaveGroup::kLanes) choose_split<kSpatialSplits>(WaveGroup{}, tree, range, bins);
+    } else {
+      tree.object_bins(range).add(bins, threadIdx.x, kTaskBlock);
+      if (counts) slabs.add_to(tree.slab_bins(range), threadIdx.x, kTaskBlock);
+    }
     __syncthreads();
   }
 }
 
-/// A group per range.
+/// Of ranges with several tasks. A group per range.
 template <bool kSpatialSplits>
 __global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, unsigned level) {
   const WaveGroup group;
   const std::uint32_t count = tree.state->ranges[level];
-  const float least = tree.least_overlap();
   for (std::uint32_t r = thread_index() / WaveGroup::kLanes; r < count; r += gridDim.x * kGroupsPerBlock) {
     LargeRange& range = tree.ranges[level % 2][r];
-    const std::uint32_t places = range.limit - range.begin;
-    if (is_deep(range.depth, places)) continue;
-    const ObjectSplit split = best_object_split(group, tree.object_bins(r), range.bounds.box.get());
-    const bool cuts = kSpatialSplits && places > range.size() && split.overlap > least;
-    if (cuts) {
-      group.sync();
-      tree.slab_bins(r).clear(group.lane(), WaveGroup::kLanes);
-    }
-    if (group.lane() != 0) continue;
-    range.split = split;
-    range.kind = split.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
-    range.tries_spatial = cuts ? 1 : 0;
+    if (!range.has_one_task()) choose_split<kSpatialSplits>(group, tree, range, tree.object_bins(range));
   }
 }
 
-static __global__ void __launch_bounds__(kTaskBlock) bin_spatial(TopDownTree tree, unsigned level) {
+/// Takes the best spatial split of a range if it is cheaper. By a group.
+inline __device__ void choose_spatial_split(const WaveGroup& group, LargeRange& range, const SlabBins& bins) {
+  const std::uint32_t places = range.limit - range.begin;
+  const SpatialSplitRecord cut = best_spatial_split(group, bins, range.bounds.box.get(), places);
+  const std::uint32_t crossing = sum_slabs(group, bins, range.size(), places).crossing;
+  if (group.lane() != 0) return;
+  range.crossing = static_cast<float>(crossing) / static_cast<float>(range.size());
+  if (!(cut.cost < range.split.cost)) return;
+  range.spatial = cut;
+  range.kind = SplitKind::kSpatial;
+}
+
+static __global__ void __launch_bounds__(kTaskBlock, 4) bin_spatial(TopDownTree tree, unsigned level) {
   __shared__ std::uint32_t words[SlabBins::kSize];
   __shared__ SlabPlanes planes;
+  __shared__ SlabGroups groups;
   __shared__ SlabQueue<kTaskBlock> queue;
   const SlabBins bins{words};
   const Reference* from = tree.references[level % 2];
   const std::uint32_t tasks = tree.state->tasks[level];
   for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
     const LargeTask task = tree.tasks[level % 2][t];
-    const LargeRange& range = tree.ranges[level % 2][task.range];
+    LargeRange& range = tree.ranges[level % 2][task.range];
     if (range.tries_spatial == 0) continue;
+    const bool counts_first = range.has_one_task() && range.is_crowded();
     bins.clear(threadIdx.x, kTaskBlock);
     fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
-    if (threadIdx.x == 0) queue.clear();
+    if (threadIdx.x == 0) {
+      queue.clear();
+      groups = range.groups;
+    }
     __syncthreads();
-    const std::uint32_t end = min(range.end, task.begin + tree.task);
+    if (counts_first) {
+      for_references(tree, level, range, task,
+                     [&](const Reference& r, std::uint32_t) { count_ends(bins, planes, r.box); });
+      __syncthreads();
+      if (threadIdx.x < WaveGroup::kLanes) {
+        const SlabSums sums = sum_slabs(WaveGroup{}, bins, range.size(), range.limit - range.begin);
+        if (threadIdx.x == 0) groups = sums.groups;
+      }
+      __syncthreads();
+    }
+    const bool counts = !counts_first && range.counts == 0;
+    const std::uint32_t end = groups.has_planes() ? min(range.end, task.begin + tree.task) : task.begin;
     for (std::uint32_t first = task.begin; first < end; first += kTaskBlock) {
       const std::uint32_t i = first + threadIdx.x;
-      if (i < end) queue.add(bins, planes, load(from + i), i - task.begin);
+      if (i < end) queue.add(bins, planes, groups, load(from + i), i - task.begin, counts);
       __syncthreads();
       // The next references may need three places each.
       const bool waits = first + kTaskBlock < end && queue.count + 3 * kTaskBlock <= queue.kSize;
       __syncthreads();
       if (waits) continue;
-      queue.work(bins, planes, tree.geometries, threadIdx.x,
+      queue.work(bins, planes, groups, tree.geometries, threadIdx.x,
                  [&](unsigned number) { return load(from + task.begin + number); });
       __syncthreads();
       if (threadIdx.x == 0) queue.clear();
       __syncthreads();
     }
-    tree.slab_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
+    if (!range.has_one_task())
+      tree.slab_bins(range).add(bins, threadIdx.x, kTaskBlock);
+    else if (threadIdx.x < WaveGroup::kLanes)
+      choose_spatial_split(WaveGroup{}, range, bins);
     __syncthreads();
   }
 }
 
-/// A group per range.
+/// Of ranges with several tasks. A group per range.
 static __global__ void __launch_bounds__(kGroupBlock) choose_spatial_splits(TopDownTree tree, unsigned level) {
   const WaveGroup group;
   const std::uint32_t count = tree.state->ranges[level];
   for (std::uint32_t r = thread_index() / WaveGroup::kLanes; r < count; r += gridDim.x * kGroupsPerBlock) {
     LargeRange& range = tree.ranges[level % 2][r];
-    if (range.tries_spatial == 0) continue;
-    const SpatialSplitRecord cut =
-        best_spatial_split(group, tree.slab_bins(r), range.bounds.box.get(), range.limit - range.begin);
-    if (group.lane() != 0 || !(cut.cost < range.split.cost)) continue;
-    range.spatial = cut;
-    range.kind = SplitKind::kSpatial;
+    if (range.tries_spatial != 0 && !range.has_one_task()) choose_spatial_split(group, range, tree.slab_bins(range));
   }
 }
 
@@ -199,12 +252,13 @@ static __global__ void __launch_bounds__(kGroupBlock) partition_ranges(TopDownTr
     const Halves halves(range.begin, range.limit, left_count, right_count, left_area, right_area);
     const std::uint32_t node = halves.right_begin, depth = range.depth + 1;
     const std::uint32_t in_array = (level + 1) % 2 != 0 ? SmallRange::kOther : 0;
-    const std::uint32_t left =
-        list_range(group, tree, level + 1,
-                   SmallRange{range.begin, halves.left_end, halves.right_begin, 2 * node, depth | in_array, 0.0f});
+    const std::uint32_t left = list_range(
+        group, tree, level + 1,
+        SmallRange{range.begin, halves.left_end, halves.right_begin, 2 * node, depth | in_array, 0.0f}, range.crossing);
     const std::uint32_t right =
         list_range(group, tree, level + 1,
-                   SmallRange{halves.right_begin, halves.right_end, range.limit, 2 * node + 1, depth | in_array, 0.0f});
+                   SmallRange{halves.right_begin, halves.right_end, range.limit, 2 * node + 1, depth | in_array, 0.0f},
+                   range.crossing);
     if (group.lane() != 0) continue;
     tree.nodes[node].box = range.bounds.box.get();
     tree.set(range.link, node);

@@ -12,6 +12,7 @@ struct SmallShared {
     struct {
       std::uint32_t words[SlabBins::kSize];
       SlabPlanes planes;
+      SlabGroups groups;
       SlabQueue<WaveGroup::kLanes> queue;
     } slabs;
     WaveSweepShared sweep;
@@ -96,20 +97,34 @@ template <bool kSpatialSplits> class SmallBuilder {
     SlabPlanes& planes = shared_.slabs.planes;
     SlabQueue<WaveGroup::kLanes>& queue = shared_.slabs.queue;
     fill_planes(planes, rule.box, group_.lane(), WaveGroup::kLanes);
-    if (group_.lane() == 0) queue.clear();
+    SlabGroups& groups = shared_.slabs.groups;
+    if (group_.lane() == 0) {
+      queue.clear();
+      groups = SlabGroups::single();
+    }
     group_.sync();
+    const std::uint32_t places = range.limit - range.begin;
+    const bool counts_first = places - range.size() < range.size();
+    if (counts_first) {
+      for_each(range, [&](const Reference& r) { count_ends(bins, planes, r.box); });
+      group_.sync();
+      const SlabSums sums = sum_slabs(group_, bins, range.size(), places);
+      if (!sums.groups.has_planes()) return;
+      if (group_.lane() == 0) groups = sums.groups;
+      group_.sync();
+    }
     const Reference* references = from(range) + range.begin;
     for (std::uint32_t first = 0; first < range.size(); first += WaveGroup::kLanes) {
       const std::uint32_t i = first + group_.lane();
-      if (i < range.size()) queue.add(bins, planes, load(references + i), i);
+      if (i < range.size()) queue.add(bins, planes, groups, load(references + i), i, !counts_first);
       group_.sync();
-      queue.work(bins, planes, tree_.geometries, group_.lane(),
+      queue.work(bins, planes, groups, tree_.geometries, group_.lane(),
                  [&](unsigned number) { return load(references + number); });
       group_.sync();
       if (group_.lane() == 0) queue.clear();
       group_.sync();
     }
-    rule.spatial = best_spatial_split(group_, bins, rule.box, range.limit - range.begin);
+    rule.spatial = best_spatial_split(group_, bins, rule.box, places);
     if (rule.spatial.cost < rule.objects.cost) rule.kind = SplitKind::kSpatial;
   }
 

@@ -26,9 +26,13 @@ struct LargeRange {
   std::uint32_t depth;
   std::uint32_t link;        ///< Where its node reference is stored: see TopDownTree::set().
   std::uint32_t first_task;  ///< The range's tasks follow each other.
+  std::uint32_t bins;        ///< Number of its bins. kInvalidId: it has one task, whose block has them.
   // The split of the range.
   SplitKind kind;
   std::uint32_t tries_spatial;
+  float crossing;        ///< As Range::crossing of sbvh.cpp.
+  std::uint32_t counts;  ///< Whether the range's slabs were counted before parts are made.
+  SlabGroups groups;
   ObjectSplit split;
   SpatialSplitRecord spatial;
   // Its halves.
@@ -37,6 +41,9 @@ struct LargeRange {
   std::uint32_t child[2];     ///< Numbers in the list of the next level; kInvalidId: a small range.
 
   __device__ std::uint32_t size() const { return end - begin; }
+  __device__ bool has_one_task() const { return bins == kInvalidId; }
+  /// Whether planes may cut more references than there is room for.
+  __device__ bool is_crowded() const { return crossing * static_cast<float>(size()) > static_cast<float>(limit - end); }
 };
 
 /// A part of a large range: references [begin, begin + task).
@@ -69,6 +76,7 @@ struct TopDownState {
   RangeBox bounds;
   std::uint32_t count, limit;  ///< References, and the most after spatial splits.
   std::uint32_t ranges[kMostLevels + 1], tasks[kMostLevels + 1];
+  std::uint32_t bins[kMostLevels + 1];  ///< Of ranges with several tasks.
   std::uint32_t small_ranges, ticket;
   // Of SharedRanges.
   std::uint32_t shared, shared_ticket;  ///< Ranges that groups gave away; that groups wait for or took.
@@ -78,6 +86,9 @@ struct TopDownState {
 
 /// The value of unused entries of the output.
 inline __device__ Reference no_reference() { return Reference{empty_box(), LeafContents::none(), kInvalidId}; }
+
+/// Of a range with several tasks.
+inline constexpr std::uint32_t kBinWords = ObjectBins::kSize + SlabBins::kSize;
 
 /// Everything that does not change during a build.
 struct TopDownTree {
@@ -90,7 +101,7 @@ struct TopDownTree {
   LargeRange* ranges[2];
   LargeTask* tasks[2];
   TaskCounts* counts;
-  std::uint32_t* bins;  ///< ObjectBins or SlabBins of each large range.
+  std::uint32_t* bins;  ///< ObjectBins and SlabBins of ranges with several tasks.
   SmallRange* small_ranges;
   std::uint32_t* shared_ranges;  ///< [most_shared] Of SharedRanges.
   std::uint32_t most_shared;
@@ -107,14 +118,13 @@ struct TopDownTree {
     for (std::uint32_t i = begin + 1; i < limit; ++i) references[1][i] = no_reference();
     set(link, begin | kLinkedLeaf);
   }
-  __device__ ObjectBins object_bins(std::uint32_t range) const {
-    return ObjectBins{bins + std::size_t{range} * ObjectBins::kSize};
+  __device__ ObjectBins object_bins(const LargeRange& range) const {
+    return ObjectBins{bins + std::size_t{range.bins} * kBinWords};
   }
-  __device__ SlabBins slab_bins(std::uint32_t range) const {
-    return SlabBins{bins + std::size_t{range} * ObjectBins::kSize};
+  __device__ SlabBins slab_bins(const LargeRange& range) const {
+    return SlabBins{bins + std::size_t{range.bins} * kBinWords + ObjectBins::kSize};
   }
   __device__ float least_overlap() const { return overlap * half_area(state->bounds.box.get()); }
-  static_assert(SlabBins::kSize <= ObjectBins::kSize);
 };
 
 /// The halves of a range. The left half keeps its part of the free capacity; the right half begins behind it.

@@ -19,6 +19,8 @@ constexpr std::size_t kSlabChunk = 256;
 /// References [begin, end), with capacity for spatial splits up to limit.
 struct Range {
   std::size_t begin, end, limit;
+  /// The largest share of references that a plane cut when parts were last counted, here or above.
+  double crossing = 1.0;
 
   std::size_t size() const { return end - begin; }
   std::size_t capacity() const { return limit - end; }
@@ -85,7 +87,7 @@ class SbvhBuilder {
   }
 
   /// Reorders, and cuts, the references of a range. Neither half is empty.
-  Halves split(const Range& range, const RangeBounds& bounds, unsigned depth) {
+  Halves split(Range& range, const RangeBounds& bounds, unsigned depth) {
     const std::size_t count = range.size();
     if (depth + static_cast<unsigned>(std::bit_width(range.limit - range.begin)) >= kMaxDepth)
       return place(range, count / 2, bounds.box, bounds.box);
@@ -108,7 +110,7 @@ class SbvhBuilder {
     return place(range, static_cast<std::size_t>(middle - all.begin()), left, right);
   }
 
-  Halves split_small(const Range& range, const RangeBounds& bounds) {
+  Halves split_small(Range& range, const RangeBounds& bounds) {
     const auto all = span_of(range);
     const std::size_t swept = sweep_split(all), left_count = swept == 0 ? all.size() / 2 : swept;
     SimdBox left, right;
@@ -133,24 +135,21 @@ class SbvhBuilder {
       end = begin;
       if (end > 0) engine_.monitor().check();
     }
-    return Halves{{range.begin, left_end, right_begin}, {right_begin, right_begin + right_count, range.limit}};
+    return Halves{{range.begin, left_end, right_begin, range.crossing},
+                  {right_begin, right_begin + right_count, range.limit, range.crossing}};
   }
 
-  /// Cuts space if the halves of the best split of references overlap, and that is cheaper.
-  /// @param left,right,cost of the split of references.
-  std::optional<Halves> try_spatial_split(const Range& range, const SimdBox& box, const SimdBox& left,
-                                          const SimdBox& right, float cost) {
-    if (range.capacity() == 0) return std::nullopt;
-    const SimdBox overlap{max4(left.min, right.min), min4(left.max, right.max)};
-    if (overlap.empty() || !(half_area(overlap) > least_overlap_)) return std::nullopt;
-    const SlabPlanes planes = SlabPlanes::over(box);
-    const SpatialBins bins = reduce_references(
+  /// Calls add(bins, reference, its slabs) for a range. @return their sum.
+  template <class Add> SpatialBins sum_slabs(const Range& range, const SlabPlanes& planes, const Add& add) {
+    return reduce_references(
         engine_, span_of(range), SpatialBins{},
         [&](std::span<const Reference> part, SpatialBins so_far) {
           std::size_t added = 0;
           for (const Reference& r : part) {
             if (++added % kSlabChunk == 0) engine_.monitor().check();
-            so_far.add(leaf_corners(geometries_, r), r.contents.is_pair(), simd_box(r), planes);
+            SlabSpan spans[3];
+            for (int axis = 0; axis < 3; ++axis) spans[axis] = planes.span(axis, r.box.min[axis], r.box.max[axis]);
+            add(so_far, r, spans);
           }
           return so_far;
         },
@@ -158,6 +157,38 @@ class SbvhBuilder {
           a.add(b);
           return a;
         });
+  }
+
+  SpatialBins bin_slabs(Range& range, const SlabPlanes& planes) {
+    const auto add = [&](SpatialBins& bins, const Reference& r, const SlabSpan(&spans)[3], const SlabGroups& groups) {
+      bins.add(leaf_corners(geometries_, r), r.contents.is_pair(), simd_box(r), planes, spans, groups);
+    };
+    const auto size = static_cast<double>(range.size());
+    const bool has_room = range.crossing * size <= static_cast<double>(range.capacity());
+    // Where planes cut more references than there is room for, counts come first.
+    SpatialBins bins = sum_slabs(range, planes, [&](SpatialBins& all, const Reference& r, const SlabSpan(&spans)[3]) {
+      all.count(spans);
+      if (has_room) add(all, r, spans, SlabGroups::single());
+    });
+    range.crossing = static_cast<double>(bins.crossing()) / size;
+    if (has_room) return bins;
+    const SlabGroups groups = bins.groups(range.limit - range.begin);
+    if (groups.has_planes())
+      bins.add(sum_slabs(range, planes, [&](SpatialBins& parts, const Reference& r, const SlabSpan(&spans)[3]) {
+        add(parts, r, spans, groups);
+      }));
+    return bins;
+  }
+
+  /// Cuts space if the halves of the best split of references overlap, and that is cheaper.
+  /// @param left,right,cost of the split of references.
+  std::optional<Halves> try_spatial_split(Range& range, const SimdBox& box, const SimdBox& left, const SimdBox& right,
+                                          float cost) {
+    if (range.capacity() == 0) return std::nullopt;
+    const SimdBox overlap{max4(left.min, right.min), min4(left.max, right.max)};
+    if (overlap.empty() || !(half_area(overlap) > least_overlap_)) return std::nullopt;
+    const SlabPlanes planes = SlabPlanes::over(box);
+    const SpatialBins bins = bin_slabs(range, planes);
     SpatialSplit best = bins.best(planes, range.limit - range.begin);
     if (!(best.cost < cost)) return std::nullopt;
     return cut(range, best);
@@ -186,7 +217,8 @@ class SbvhBuilder {
     const std::size_t right_at = left_end + left_capacity(right_begin - left_end, {left_count, half_area(split.left)},
                                                           {right_count, half_area(split.right)});
     engine_.copy(spare.subspan(right_begin, right_count), references_.subspan(right_at, right_count));
-    return Halves{{range.begin, left_end, right_at}, {right_at, right_at + right_count, range.limit}};
+    return Halves{{range.begin, left_end, right_at, range.crossing},
+                  {right_at, right_at + right_count, range.limit, range.crossing}};
   }
 
   /// @return both parts of a reference that crosses the plane, or all of it on one side. Then the other side is empty,

@@ -6,6 +6,7 @@
 #include <hiprt_build/sah_sbvh/sah_bins.h>
 #include <hiprt_device/math/arithmetic.h>
 
+#include <bit>
 #include <limits>
 
 namespace hiprt::build {
@@ -76,6 +77,33 @@ struct TriangleEdges {
   }
 };
 
+/// The slabs of an axis that a reference is in.
+struct SlabSpan {
+  int begin, end;  ///< The first and the last.
+
+  HIPRT_HD bool is_cut() const { return begin < end; }
+};
+
+/// Neighbouring slabs as one: no plane between them may be chosen. So references need no parts in each of them, which
+/// saves most of the time where very many triangles overlap.
+struct SlabGroups {
+  static constexpr std::uint32_t kSingle = (1u << kSpatialBins) - 1;
+
+  std::uint32_t begins[3];  ///< By axis. Bit i: a group begins with slab i; bit 0 is set.
+
+  /// Every slab is a group.
+  HIPRT_HD static SlabGroups single() { return {{kSingle, kSingle, kSingle}}; }
+  HIPRT_HD bool has_planes() const { return (begins[0] | begins[1] | begins[2]) != 1u; }
+  /// @return the first slab of the group that a slab is in.
+  HIPRT_HD HIPRT_FORCE_INLINE int first(int axis, int slab) const {
+    return static_cast<int>(std::bit_width(begins[axis] & ((2u << slab) - 1))) - 1;
+  }
+  /// @return the slab behind the group that a slab is in.
+  HIPRT_HD HIPRT_FORCE_INLINE int behind(int axis, int slab) const {
+    return std::countr_zero((begins[axis] | 1u << kSpatialBins) & ~((2u << slab) - 1));
+  }
+};
+
 /// Planes that cut a box into slabs of the same width, on each axis.
 struct SlabPlanes {
   float plane[3][kSpatialBins + 1];  ///< [i]: between slabs i - 1 and i; never decreasing.
@@ -91,30 +119,30 @@ struct SlabPlanes {
     const float share = static_cast<float>(i) / kSpatialBins;
     return (1.0f - share) * min + share * max;
   }
-  /// The slab in which a reference that begins at @p x begins: of two it is the upper.
-  HIPRT_HD HIPRT_FORCE_INLINE int first(float x, int axis) const {
-    return find(x, axis, [x](float p) { return p <= x; });
+  /// The slabs of what reaches from @p min to @p max. It begins in the upper and ends in the lower of two slabs. What
+  /// is flat and on a plane would end before it begins: it is in slab begin.
+  HIPRT_HD HIPRT_FORCE_INLINE SlabSpan span(int axis, float min, float max) const {
+    const int begin = find(min, axis, [min](float p) { return p <= min; });
+    const int end = find(max, axis, [max](float p) { return p < max; });
+    return {begin, begin < end ? end : begin};
   }
-  /// The slab in which one that ends at @p x ends: of two it is the lower.
-  HIPRT_HD HIPRT_FORCE_INLINE int last(float x, int axis) const {
-    return find(x, axis, [x](float p) { return p < x; });
-  }
-  /// visit(slab, box of the part there) for the slabs of an axis that a reference is in, in their order.
-  /// @param whole its box.
+  /// visit(first slab of a group, box of the part there) for the groups of an axis that a reference is in, in their
+  /// order. What is in one group stays whole. Boxes of parts are good enough to choose a cut by: they are not rounded
+  /// outwards.
+  /// @param row the axis's planes, which lie across @p along of the corners. @param whole the reference's box.
   template <class Visit>
-  HIPRT_HD HIPRT_FORCE_INLINE void visit(const LeafCorners& corners, bool pair, const SimdBox& whole, int axis,
-                                         Visit&& visit) const {
-    const int begin = first(whole.min[axis], axis), end = last(whole.max[axis], axis);
-    cut(plane[axis], begin, end, corners, pair, whole, axis, visit);
-  }
-  /// The same for one in slabs @p begin to @p end between the planes of a row, which lie across @p axis of the corners.
-  /// Boxes of parts are good enough to choose a cut by: they are not rounded outwards.
-  template <class Visit>
-  HIPRT_HD HIPRT_FORCE_INLINE static void cut(const float* row, int begin, int end, const LeafCorners& corners,
-                                              bool pair, const SimdBox& whole, int axis, Visit&& visit) {
-    if (begin >= end) return visit(begin, whole);
-    const TriangleEdges edges(corners, pair, axis);
-    for (int i = begin; i <= end; ++i) visit(i, clip_detail::intersect(edges.between(row[i], row[i + 1]), whole));
+  HIPRT_HD HIPRT_FORCE_INLINE static void cut(const float* row, int axis, const SlabGroups& groups,
+                                              const SlabSpan& span, const LeafCorners& corners, bool pair,
+                                              const SimdBox& whole, int along, Visit&& visit) {
+    int slab = span.begin, behind = groups.behind(axis, slab);
+    if (behind > span.end) return visit(groups.first(axis, slab), whole);
+    const TriangleEdges edges(corners, pair, along);
+    while (slab <= span.end) {
+      const float high = row[behind <= span.end ? behind : span.end + 1];
+      visit(groups.first(axis, slab), clip_detail::intersect(edges.between(row[slab], high), whole));
+      slab = behind;
+      behind = groups.behind(axis, slab);
+    }
   }
 
  private:
@@ -159,18 +187,19 @@ struct SpatialBins {
   SimdBox box[3][kSpatialBins];
   std::uint32_t begin[3][kSpatialBins] = {}, end[3][kSpatialBins] = {};
 
-  /// @param whole the reference's box.
-  void add(const LeafCorners& corners, bool pair, const SimdBox& whole, const SlabPlanes& planes) {
+  /// Counts a reference where it begins and where it ends.
+  void count(const SlabSpan (&spans)[3]) {
     for (int axis = 0; axis < 3; ++axis) {
-      int first = kSpatialBins, last = 0;
-      planes.visit(corners, pair, whole, axis, [&](int slab, const SimdBox& part) {
-        box[axis][slab].add(part);
-        first = std::min(first, slab);
-        last = slab;
-      });
-      ++begin[axis][first];
-      ++end[axis][last];
+      ++begin[axis][spans[axis].begin];
+      ++end[axis][spans[axis].end];
     }
+  }
+  /// Adds the parts of a reference. @param whole its box.
+  void add(const LeafCorners& corners, bool pair, const SimdBox& whole, const SlabPlanes& planes,
+           const SlabSpan (&spans)[3], const SlabGroups& groups) {
+    for (int axis = 0; axis < 3; ++axis)
+      SlabPlanes::cut(planes.plane[axis], axis, groups, spans[axis], corners, pair, whole, axis,
+                      [&](int slab, const SimdBox& part) { box[axis][slab].add(part); });
   }
   void add(const SpatialBins& other) {
     for (int axis = 0; axis < 3; ++axis)
@@ -181,6 +210,33 @@ struct SpatialBins {
       }
   }
 
+  /// @return groups between planes that cut no more references than @p most on both sides together leaves room for.
+  SlabGroups groups(std::size_t most) const {
+    SlabGroups result = SlabGroups::single();
+    for (int axis = 0; axis < 3; ++axis) {
+      std::size_t left = 0, right = 0;
+      for (const std::uint32_t ends : end[axis]) right += ends;
+      for (int i = 1; i < kSpatialBins; ++i) {
+        left += begin[axis][i - 1];
+        right -= end[axis][i - 1];
+        if (left == 0 || right == 0 || left + right > most) result.begins[axis] &= ~(1u << i);
+      }
+    }
+    return result;
+  }
+  /// @return the most references that a plane cuts.
+  std::size_t crossing() const {
+    std::size_t most = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::size_t open = 0;
+      for (int i = 1; i < kSpatialBins; ++i) {
+        open += begin[axis][i - 1];
+        open -= end[axis][i - 1];
+        most = open > most ? open : most;
+      }
+    }
+    return most;
+  }
   /// @return the cheapest split with at most @p most references on both sides together; infinite cost if there is none.
   SpatialSplit best(const SlabPlanes& planes, std::size_t most) const {
     SpatialSplit result;

@@ -69,8 +69,9 @@ struct Outcome {
   }
 };
 
+/// @param before references before splits; 0: not known.
 Outcome finish(const HostTree& tree, unsigned rounds, std::uint32_t most_height, gpu::LongStep asks = {},
-               Result<void>* result = nullptr) {
+               Result<void>* result = nullptr, std::uint32_t before = 0) {
   CountingAllocator allocator;
   const auto n = static_cast<std::uint32_t>(tree.references.size());
   auto references = must(gpu::DeviceArray<Reference>::from(tree.references, nullptr, allocator));
@@ -78,11 +79,13 @@ Outcome finish(const HostTree& tree, unsigned rounds, std::uint32_t most_height,
   auto plans = must(gpu::DeviceArray<CollapsePlan>::make(n, nullptr, allocator));
   auto root = must(gpu::DeviceArray<LinkedRef>::from(std::vector{tree.root}, nullptr, allocator));
   auto scratch = must(gpu::DeviceArray<std::byte>::make(gpu::finish_tree_scratch(n, rounds), nullptr, allocator));
+  auto count = must(gpu::DeviceArray<std::uint32_t>::from(std::vector{before}, nullptr, allocator));
   must(plans.fill(std::byte{0xa5}, nullptr));
   must(scratch.fill(std::byte{0xa5}, nullptr));
   const PlannedTree planned{
       {references.data()}, nodes.data(), {plans.data(), references.data(), {1.0f, 1.0f, 1.0f, 8}}, root.data()};
-  const auto done = gpu::enqueue_finish_tree({planned, n, nullptr, rounds, most_height}, scratch.data(), nullptr, asks);
+  const auto done = gpu::enqueue_finish_tree(
+      {planned, n, nullptr, rounds, before != 0 ? count.data() : nullptr, most_height}, scratch.data(), nullptr, asks);
   if (result != nullptr)
     *result = done;
   else
@@ -110,6 +113,20 @@ TEST_CASE("reinsertion on the device ends when the tree is high, and keeps what 
     last = now;
   }
   CHECK(ended);
+}
+
+TEST_CASE("reinsertion on the device makes fewer rounds where splits have more than doubled the references") {
+  const HostTree tree(oracle::soup(300, 0.3, 20261130));
+  const auto n = static_cast<std::uint32_t>(tree.references.size());
+  const auto after = [&](unsigned rounds, std::uint32_t before) {
+    return finish(tree, rounds, kMostReinsertionHeight, {}, nullptr, before);
+  };
+  const Outcome all = after(9, 0), few = after(6, 0);
+  CHECK_FALSE(all.has_links_of(few.nodes));
+  CHECK(after(9, n / 2 + 1).has_links_of(all.nodes));
+  const std::uint32_t third = n / 3 + 1;
+  REQUIRE(build::usual_rounds(9, third, n) == 6);
+  CHECK(after(9, third).has_links_of(few.nodes));
 }
 
 TEST_CASE("a tree that reinsertion makes too deep for a file becomes again what it was") {

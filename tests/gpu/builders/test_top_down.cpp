@@ -301,6 +301,27 @@ TEST_CASE("odd meshes, built top-down") {
   }
 }
 
+TEST_CASE("where planes cut more references than there is room for") {
+  INFO("seed " << kSeed);
+  const std::pair<const char*, oracle::Mesh> meshes[] = {
+      {"concentric", oracle::concentric(220, kSeed)},
+      {"cables", oracle::cables(220, kSeed)},
+      {"fan", oracle::fan(220)},
+      {"large", oracle::soup(260, 0.9, kSeed)},
+  };
+  for (const auto& [name, mesh] : meshes) {
+    const Scene scene(mesh);
+    for (const double budget : {1.1, 3.0}) {
+      CHECK(check_tree(scene, budget, kTiny, name) < 1.05);
+      // Ranges have several tasks, or one.
+      const auto tree_of = [&, budget = budget](std::uint32_t task) {
+        return build_on_device(scene, budget, true, {.task = task, .wave_range = 40, .spare_levels = 6});
+      };
+      CHECK(tree_of(41).same_bytes(tree_of(2048)));
+    }
+  }
+}
+
 TEST_CASE("a deep top-down tree is split by count before it is too deep") {
   // Each four are much farther away than those before: a split takes off few.
   oracle::Mesh mesh;
