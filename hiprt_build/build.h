@@ -73,7 +73,8 @@ struct BuildOptions {
   /// 1 to 16: how many references the builder may make of one before it builds the tree, on average (Karras and Aila
   /// 2013). 1.2 to 1.5 with kHploc and rounds of reinsertion comes close to the quality of kSbvh in less time.
   double presplit_budget = 1.0;
-  /// 0 to 1000: rounds of reinsertion. Each round moves nodes of an eighth of the tree. Unset: 32 for kHq, else 0.
+  /// 0 to 1000: rounds of reinsertion. Each round moves nodes of an eighth of the tree. Unset: 32 for kHq, fewer where
+  /// splits more than double the references; else 0.
   std::optional<unsigned> reinsertion_rounds{};
   /// For kPloc and kHploc, 1 to 128: how many neighbours along the Morton curve, to either side, a cluster is compared
   /// with. kHploc has 32 clusters at a time at most.

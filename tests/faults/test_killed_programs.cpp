@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <random>
 
 using namespace hiprt;
@@ -40,12 +41,27 @@ class FolderWatch {
 
   /// Waits for the next file. @return whether one came within 10 s.
   bool next() {
-    alignas(inotify_event) char events[sizeof(inotify_event) + 256];
-    pollfd poll{number_, POLLIN, 0};
-    return ::poll(&poll, 1, 10'000) == 1 && ::read(number_, events, sizeof(events)) > 0;
+    // One call reads the events of all files that have appeared.
+    if (seen_ == 0) read();
+    if (seen_ == 0) return false;
+    --seen_;
+    return true;
   }
 
  private:
+  void read() {
+    alignas(inotify_event) char events[16 * (sizeof(inotify_event) + 256)];
+    pollfd poll{number_, POLLIN, 0};
+    if (::poll(&poll, 1, 10'000) != 1) return;
+    const ssize_t size = ::read(number_, events, sizeof(events));
+    for (ssize_t at = 0; at < size; ++seen_) {
+      inotify_event event;
+      std::memcpy(&event, events + at, sizeof(event));
+      at += static_cast<ssize_t>(sizeof(event) + event.len);
+    }
+  }
+
+  unsigned seen_ = 0;  ///< Files of events that were read.
   int number_;
 };
 

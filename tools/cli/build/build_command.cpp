@@ -179,7 +179,7 @@ void add_expert_options(CLI::App& app, BuildCommand& command) {
       ->group(kExpertGroup);
   app.add_option("--reinsertion-rounds", command.rounds,
                  "Rounds of reinsertion, 0 to 1000: each round moves up to an eighth of the nodes to better positions "
-                 "(default: 32 for hq, 0 for others, or as --quality says)")
+                 "(default: 32 for hq, fewer where splits more than double the references; 0 for others)")
       ->check(CLI::Range(0u, 1000u))
       ->type_name("N")
       ->group(kExpertGroup);
