@@ -160,7 +160,7 @@ class SbvhBuilder {
   }
 
   SpatialBins bin_slabs(Range& range, const SlabPlanes& planes) {
-    const auto add = [&](SpatialBins& bins, const Reference& r, const SlabSpan(&spans)[3], const SlabGroups& groups) {
+    const auto add = [&](SpatialBins& bins, const Reference& r, const SlabSpan(&spans)[3], const auto& groups) {
       bins.add(leaf_corners(geometries_, r), r.contents.is_pair(), simd_box(r), planes, spans, groups);
     };
     const auto size = static_cast<double>(range.size());
@@ -168,7 +168,7 @@ class SbvhBuilder {
     // Where planes cut more references than there is room for, counts come first.
     SpatialBins bins = sum_slabs(range, planes, [&](SpatialBins& all, const Reference& r, const SlabSpan(&spans)[3]) {
       all.count(spans);
-      if (has_room) add(all, r, spans, SlabGroups::single());
+      if (has_room) add(all, r, spans, SingleSlabs{});
     });
     range.crossing = static_cast<double>(bins.crossing()) / size;
     if (has_room) return bins;

@@ -104,6 +104,12 @@ struct SlabGroups {
   }
 };
 
+/// The groups where any plane may be chosen: each slab is one.
+struct SingleSlabs {
+  HIPRT_HD int first(int, int slab) const { return slab; }
+  HIPRT_HD int behind(int, int slab) const { return slab + 1; }
+};
+
 /// Planes that cut a box into slabs of the same width, on each axis.
 struct SlabPlanes {
   float plane[3][kSpatialBins + 1];  ///< [i]: between slabs i - 1 and i; never decreasing.
@@ -129,11 +135,12 @@ struct SlabPlanes {
   /// visit(first slab of a group, box of the part there) for the groups of an axis that a reference is in, in their
   /// order. What is in one group stays whole. Boxes of parts are good enough to choose a cut by: they are not rounded
   /// outwards.
+  /// @tparam Groups SlabGroups or SingleSlabs.
   /// @param row the axis's planes, which lie across @p along of the corners. @param whole the reference's box.
-  template <class Visit>
-  HIPRT_HD HIPRT_FORCE_INLINE static void cut(const float* row, int axis, const SlabGroups& groups,
-                                              const SlabSpan& span, const LeafCorners& corners, bool pair,
-                                              const SimdBox& whole, int along, Visit&& visit) {
+  template <class Groups, class Visit>
+  HIPRT_HD HIPRT_FORCE_INLINE static void cut(const float* row, int axis, const Groups& groups, const SlabSpan& span,
+                                              const LeafCorners& corners, bool pair, const SimdBox& whole, int along,
+                                              Visit&& visit) {
     int slab = span.begin, behind = groups.behind(axis, slab);
     if (behind > span.end) return visit(groups.first(axis, slab), whole);
     const TriangleEdges edges(corners, pair, along);
@@ -194,9 +201,10 @@ struct SpatialBins {
       ++end[axis][spans[axis].end];
     }
   }
-  /// Adds the parts of a reference. @param whole its box.
+  /// Adds the parts of a reference. @param whole its box. @tparam Groups SlabGroups or SingleSlabs.
+  template <class Groups>
   void add(const LeafCorners& corners, bool pair, const SimdBox& whole, const SlabPlanes& planes,
-           const SlabSpan (&spans)[3], const SlabGroups& groups) {
+           const SlabSpan (&spans)[3], const Groups& groups) {
     for (int axis = 0; axis < 3; ++axis)
       SlabPlanes::cut(planes.plane[axis], axis, groups, spans[axis], corners, pair, whole, axis,
                       [&](int slab, const SimdBox& part) { box[axis][slab].add(part); });

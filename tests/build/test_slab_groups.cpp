@@ -53,7 +53,10 @@ struct Slabs {
       SlabSpan spans[3];
       for (int axis = 0; axis < 3; ++axis) spans[axis] = planes.span(axis, piece.box.min[axis], piece.box.max[axis]);
       bins.count(spans);
-      bins.add(piece.corners, piece.pair, piece.box, planes, spans, groups != nullptr ? *groups : SlabGroups::single());
+      if (groups != nullptr)
+        bins.add(piece.corners, piece.pair, piece.box, planes, spans, *groups);
+      else
+        bins.add(piece.corners, piece.pair, piece.box, planes, spans, SingleSlabs{});
     }
   }
 };
