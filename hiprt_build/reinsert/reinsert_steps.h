@@ -20,8 +20,8 @@ namespace hiprt::build {
 /// there.
 inline constexpr std::uint32_t kMostReinsertionHeight = 100;
 
-/// Rounds where the caller names none. Where splits have more than doubled the references there are fewer: all together
-/// take as much time as over twice the references. The SAH cost is within 0.1 % (decision 0011).
+/// Rounds where the caller names none. Where splits have more than doubled the references there are fewer, so that
+/// rounds times leaves does not grow further. That adds less than 0.1 % to the SAH cost (decision 0011).
 /// @param references before splits. @param leaves of the tree.
 HIPRT_HD inline unsigned usual_rounds(unsigned rounds, std::uint64_t references, std::uint64_t leaves) {
   return leaves <= 2 * references ? rounds : static_cast<unsigned>(2 * references * rounds / leaves);

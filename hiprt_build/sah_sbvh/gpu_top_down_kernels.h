@@ -33,7 +33,7 @@ __device__ void choose_split(const WaveGroup& group, const TopDownTree& tree, La
   range.split = split;
   range.kind = split.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
   range.tries_spatial = cuts ? 1 : 0;
-  range.counts = counted ? 1 : 0;
+  range.counted = counted ? 1 : 0;
   range.groups = sums.groups;
   if (counted) range.crossing = static_cast<float>(sums.crossing) / static_cast<float>(range.size());
 }
@@ -124,7 +124,7 @@ static __global__ void __launch_bounds__(kTaskBlock, 4) bin_spatial(TopDownTree 
       }
       __syncthreads();
     }
-    const bool counts = !counts_first && range.counts == 0;
+    const bool counts = !counts_first && range.counted == 0;
     const std::uint32_t end = groups.has_planes() ? min(range.end, task.begin + tree.task) : task.begin;
     for (std::uint32_t first = task.begin; first < end; first += kTaskBlock) {
       const std::uint32_t i = first + threadIdx.x;

@@ -30,8 +30,8 @@ struct LargeRange {
   // The split of the range.
   SplitKind kind;
   std::uint32_t tries_spatial;
-  float crossing;        ///< As Range::crossing of sbvh.cpp.
-  std::uint32_t counts;  ///< Whether the range's slabs were counted before parts are made.
+  float crossing;         ///< As Range::crossing of sbvh.cpp.
+  std::uint32_t counted;  ///< Whether bin_objects() counted the references of its slabs.
   SlabGroups groups;
   ObjectSplit split;
   SpatialSplitRecord spatial;

@@ -19,7 +19,7 @@ constexpr std::size_t kSlabChunk = 256;
 /// References [begin, end), with capacity for spatial splits up to limit.
 struct Range {
   std::size_t begin, end, limit;
-  /// The largest share of references that a plane cut when parts were last counted, here or above.
+  /// The largest share of references that a plane cuts, by the last count: of this range or of one above it.
   double crossing = 1.0;
 
   std::size_t size() const { return end - begin; }

@@ -80,12 +80,10 @@ struct TriangleEdges {
 /// The slabs of an axis that a reference is in.
 struct SlabSpan {
   int begin, end;  ///< The first and the last.
-
-  HIPRT_HD bool is_cut() const { return begin < end; }
 };
 
-/// Neighbouring slabs as one: no plane between them may be chosen. So references need no parts in each of them, which
-/// saves most of the time where very many triangles overlap.
+/// Neighbouring slabs, joined where no plane between them may be chosen. References get one part per group, not one per
+/// slab. Where very many triangles overlap, that saves most of the time.
 struct SlabGroups {
   static constexpr std::uint32_t kSingle = (1u << kSpatialBins) - 1;
 
@@ -104,7 +102,8 @@ struct SlabGroups {
   }
 };
 
-/// The groups where any plane may be chosen: each slab is one.
+/// The groups where any plane may be chosen: each slab is one. Known to the compiler, because the bits of SlabGroups
+/// make sbvh on a CPU 2 to 6 % slower.
 struct SingleSlabs {
   HIPRT_HD int first(int, int slab) const { return slab; }
   HIPRT_HD int behind(int, int slab) const { return slab + 1; }
@@ -218,7 +217,8 @@ struct SpatialBins {
       }
   }
 
-  /// @return groups between planes that cut no more references than @p most on both sides together leaves room for.
+  /// @return the groups between the planes that may be chosen: those with at most @p most references on both sides
+  /// together, and with some on each.
   SlabGroups groups(std::size_t most) const {
     SlabGroups result = SlabGroups::single();
     for (int axis = 0; axis < 3; ++axis) {
