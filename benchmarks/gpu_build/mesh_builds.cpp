@@ -81,11 +81,31 @@ Result<double> build_in_steps(const gpu::DeviceGeometry& geometry, const gpu::Bu
   return sum;
 }
 
+/// Milliseconds of the host between two questions of build_scene(), the longest: a cancelled build ends within them.
+Result<double> longest_unasked(const gpu::DeviceGeometry& geometry, gpu::BuildOptions options, hipStream_t stream) {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last = Clock::now();
+  Clock::duration longest{0};
+  const auto note = [&] {
+    const Clock::time_point now = Clock::now();
+    longest = std::max(longest, now - last);
+    last = now;
+  };
+  options.progress = [&](const build::Progress&) {
+    note();
+    return true;
+  };
+  const auto scene = gpu::build_scene({&geometry, 1}, options, stream, device_memory());
+  if (!scene) return tl::unexpected(scene.error());
+  note();
+  return std::chrono::duration<double, std::milli>(longest).count();
+}
+
 /// Builds in steps, and builds by build_scene().
 Result<void> time_steps(const DeviceMesh& mesh, const gpu::BuildOptions& options, unsigned repeats, hipStream_t stream,
                         Measured& measured) {
   const gpu::DeviceGeometry geometry = mesh.geometry();
-  std::vector<double> device, host;
+  std::vector<double> device, host, unasked;
   for (unsigned i = 0; i < repeats + 3; ++i) {
     const auto milliseconds = build_in_steps(geometry, options, stream, measured.steps_bytes);
     if (!milliseconds) return tl::unexpected(milliseconds.error());
@@ -93,12 +113,16 @@ Result<void> time_steps(const DeviceMesh& mesh, const gpu::BuildOptions& options
     const auto scene = gpu::build_scene({&geometry, 1}, options, stream, device_memory());
     if (!scene) return tl::unexpected(scene.error());
     const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+    const auto longest = longest_unasked(geometry, options, stream);
+    if (!longest) return tl::unexpected(longest.error());
     if (i < 3) continue;
     device.push_back(*milliseconds);
     host.push_back(took.count());
+    unasked.push_back(*longest);
   }
   measured.steps_ms = median(device);
   measured.scene_ms = median(host);
+  measured.unasked_ms = median(unasked);
   return {};
 }
 
