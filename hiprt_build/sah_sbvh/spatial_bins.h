@@ -98,7 +98,7 @@ struct SlabGroups {
   }
   /// @return the slab behind the group that a slab is in.
   HIPRT_HD HIPRT_FORCE_INLINE int behind(int axis, int slab) const {
-    return std::countr_zero((begins[axis] | 1u << kSpatialBins) & ~((2u << slab) - 1));
+    return static_cast<int>(lowest_bit((begins[axis] | 1u << kSpatialBins) & ~((2u << slab) - 1)));
   }
 };
 

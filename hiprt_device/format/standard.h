@@ -86,12 +86,6 @@ __device__ constexpr int countl_zero(uint32_t bits) noexcept {
   for (uint32_t bit = 1u << 31; bit != 0 && (bits & bit) == 0; bit >>= 1) ++count;
   return count;
 }
-__device__ constexpr int countr_zero(uint32_t bits) noexcept {
-  if (!__builtin_is_constant_evaluated()) return bits == 0 ? 32 : __ffs(static_cast<int>(bits)) - 1;
-  int count = 0;
-  for (uint32_t bit = 1; bit != 0 && (bits & bit) == 0; bit <<= 1) ++count;
-  return count;
-}
 __device__ constexpr int bit_width(uint32_t bits) noexcept { return 32 - countl_zero(bits); }
 __host__ __device__ inline void* memcpy(void* to, const void* from, size_t size) { return ::memcpy(to, from, size); }
 

@@ -49,6 +49,17 @@ HIPRT_HD HIPRT_FORCE_INLINE double square_root(double a) {
 #endif
 }
 
+/// The number of the lowest bit that is set. In device code nvcc 13 takes libstdc++'s std::countr_zero() as the
+/// constant 32, without a warning.
+/// @pre bits != 0
+HIPRT_HD HIPRT_FORCE_INLINE unsigned lowest_bit(std::uint32_t bits) {
+#if HIPRT_DEVICE_CODE
+  return static_cast<unsigned>(__ffs(static_cast<int>(bits))) - 1u;
+#else
+  return static_cast<unsigned>(__builtin_ctz(bits));
+#endif
+}
+
 /// Correctly rounded a / b, also under nvcc's --use_fast_math.
 HIPRT_HD HIPRT_FORCE_INLINE float divided(float a, float b) {
 #if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)

@@ -4,6 +4,7 @@
 
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/intersect/candidate.h>
+#include <hiprt_device/math/arithmetic.h>
 #include <hiprt_device/traverse/stacks/stack.h>
 
 namespace hiprt {
@@ -90,7 +91,7 @@ struct NearFirst {
   }
 
   HIPRT_HD static HIPRT_FORCE_INLINE unsigned take(std::uint32_t& mask) {
-    const unsigned lowest = static_cast<unsigned>(std::countr_zero(mask));
+    const unsigned lowest = lowest_bit(mask);
     mask &= mask - 1;
     return lowest;
   }
