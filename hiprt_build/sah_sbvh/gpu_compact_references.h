@@ -74,6 +74,7 @@ static __global__ void __launch_bounds__(kTaskBlock)
   if (threadIdx.x < RangeBox::kWords) {
     add_word(tree.state->bounds, sum, threadIdx.x);
     if (tree.state->ranges[0] != 0) add_word(tree.ranges[0][0].bounds, sum, threadIdx.x);
+    if (tree.state->medium_ranges != 0) add_word(tree.medium_ranges[0].bounds, sum, threadIdx.x);
   }
   for (std::uint32_t i = tree.state->limit + thread_index(); i < tree.capacity; i += gridDim.x * kTaskBlock)
     tree.references[1][i] = no_reference();

@@ -32,11 +32,12 @@ struct TopDownOutput {
 
 /// Sizes of the work of blocks and waves. The tree depends on spare_levels and wave_range, not on task.
 struct TopDownTuning {
-  /// References that a block processes together; more than 0, at most 2^14.
+  /// References that a block processes together; more than 0, at most 2^14. One block splits a range of up to so many.
   std::uint32_t task = 2048;
   std::uint32_t wave_range = 512;  ///< One wave builds the subtree of a range of up to so many references; at least 32.
-  std::uint32_t spare_levels =
-      12;  ///< Of larger ranges, beyond a balanced tree's; below that they are halved by count.
+  /// How many levels deeper than in a balanced tree a larger range may lie. Deeper ones are halved by count. At
+  /// most 32.
+  std::uint32_t spare_levels = 12;
 
   /// For so many primitives. A GPU of 132 multiprocessors needs several hundred blocks; larger tasks add their bins to
   /// those of the range more rarely. A wave takes long for spatial splits: its ranges are smaller.

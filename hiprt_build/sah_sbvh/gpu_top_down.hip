@@ -3,6 +3,7 @@
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/sah_sbvh/gpu_compact_references.h>
+#include <hiprt_build/sah_sbvh/gpu_medium_ranges.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down_kernels.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down_small.h>
 
@@ -20,22 +21,25 @@ constexpr std::uint32_t kPiece = 2048;
 
 /// How much of everything there can be.
 struct Limits {
-  std::uint32_t pieces, ranges, tasks, small_ranges;
-  std::uint32_t bins;            ///< Ranges of a level with several tasks.
-  unsigned free_levels, levels;  ///< Below the free ones ranges are halved by count.
+  std::uint32_t pieces, large_ranges, tasks, medium_ranges, small_ranges;
+  unsigned spare_levels, levels;  ///< Levels of large ranges.
 
   Limits(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning) {
-    const std::uint32_t wave_range = tuning.wave_range, leaves = std::max(capacity, 1u);
+    const std::uint32_t leaves = std::max(capacity, 1u), wave_range = tuning.wave_range;
+    const std::uint32_t block_range = std::max(tuning.task, wave_range);
     pieces = input == 0 ? 1 : (input - 1) / kPiece + 1;
-    // Ranges of a level share the leaves, and each has more than wave_range.
-    ranges = input <= wave_range ? 0 : leaves / (wave_range + 1);
-    tasks = ranges == 0 ? 0 : leaves / tuning.task + ranges;
-    bins = ranges == 0 ? 0 : leaves / (tuning.task + 1);
-    const auto halvings = static_cast<unsigned>(std::bit_width((leaves - 1) / wave_range));
-    free_levels = ranges == 0 ? 0 : std::min(halvings + tuning.spare_levels, kMostLevels - halvings);
-    levels = ranges == 0 ? 0 : free_levels + halvings;
-    // Every split of a large range makes one range more.
-    const std::uint64_t splits = std::uint64_t{levels} * ranges;
+    // Ranges of a level share the leaves. So do medium ranges.
+    large_ranges = input <= block_range ? 0 : leaves / (block_range + 1);
+    medium_ranges = input <= wave_range ? 0 : leaves / (wave_range + 1);
+    tasks = large_ranges == 0 ? 0 : leaves / tuning.task + large_ranges;
+    // A range is at most a level deeper than TopDownTree::is_late() says, because halves are rounded.
+    const auto depth_of = [&](std::uint32_t size) {
+      return spare_levels + static_cast<unsigned>(std::bit_width((leaves - 1) / size)) + 1;
+    };
+    spare_levels = std::min(tuning.spare_levels, kMostLevels / 2);
+    levels = large_ranges == 0 ? 0 : depth_of(block_range) + 1;
+    // Every split of a range that is not small makes one range more.
+    const std::uint64_t splits = std::uint64_t{depth_of(wave_range) + 1} * medium_ranges;
     small_ranges = static_cast<std::uint32_t>(std::min<std::uint64_t>(leaves, splits + 1));
   }
 };
@@ -52,11 +56,12 @@ struct Memory {
     tree.state = arena.take<TopDownState>(1);
     piece_counts = arena.take<std::uint32_t>(limits.pieces);
     for (unsigned i = 0; i < 2; ++i) {
-      tree.ranges[i] = arena.take<LargeRange>(limits.ranges);
+      tree.ranges[i] = arena.take<BlockRange>(limits.large_ranges);
       tree.tasks[i] = arena.take<LargeTask>(limits.tasks);
     }
     tree.counts = arena.take<TaskCounts>(limits.tasks);
-    tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.bins} * kBinWords);
+    tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.large_ranges} * kBinWords);
+    tree.medium_ranges = arena.take<BlockRange>(limits.medium_ranges);
     tree.small_ranges = arena.take<SmallRange>(limits.small_ranges);
     tree.most_shared = std::min(SharedRanges::kMost, limits.small_ranges);
     tree.shared_ranges = arena.take<std::uint32_t>(tree.most_shared);
@@ -83,6 +88,7 @@ class Enqueuer {
     tree_.capacity = input.capacity;
     tree_.task = tuning.task;
     tree_.wave_range = tuning.wave_range;
+    tree_.spare_levels = limits_.spare_levels;
     tree_.overlap = input.least_overlap;
   }
 
@@ -96,9 +102,9 @@ class Enqueuer {
       steps_.then([&] { return asks.done(steps_.stream(), input_.input, (level + 1.0) / (limits_.levels + 1.0)); });
     }
     if (spatial_)
-      steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<true>, tree_);
+      build_the_rest<true>();
     else
-      steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<false>, tree_);
+      build_the_rest<false>();
     return steps_.result();
   }
 
@@ -116,21 +122,25 @@ class Enqueuer {
   }
 
   void split(unsigned level) {
-    const std::uint32_t tasks = limits_.tasks, range_groups = groups(limits_.ranges);
-    if (level < limits_.free_levels) {
-      if (spatial_) {
-        steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects<true>, tree_, level);
-        steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<true>, tree_, level);
-        steps_.persistent("bin_spatial", kTaskBlock, tasks, bin_spatial, tree_, level);
-        steps_.persistent("choose_spatial_splits", kGroupBlock, range_groups, choose_spatial_splits, tree_, level);
-      } else {
-        steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects<false>, tree_, level);
-        steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<false>, tree_, level);
-      }
-      steps_.persistent("count_sides", kTaskBlock, tasks, count_sides, tree_, level);
+    const std::uint32_t tasks = limits_.tasks, range_groups = groups(limits_.large_ranges);
+    if (spatial_) {
+      steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects<true>, tree_, level);
+      steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<true>, tree_, level);
+      steps_.persistent("bin_spatial", kTaskBlock, tasks, bin_spatial, tree_, level);
+      steps_.persistent("choose_spatial_splits", kGroupBlock, range_groups, choose_spatial_splits, tree_, level);
+    } else {
+      steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects<false>, tree_, level);
+      steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<false>, tree_, level);
     }
+    steps_.persistent("count_sides", kTaskBlock, tasks, count_sides, tree_, level);
     steps_.persistent("partition_ranges", kGroupBlock, range_groups, partition_ranges, tree_, level);
     steps_.persistent("scatter_references", kTaskBlock, tasks, scatter_references, tree_, level);
+  }
+
+  template <bool kSpatialSplits> void build_the_rest() {
+    if (limits_.medium_ranges != 0)
+      steps_.persistent("build_medium", kTaskBlock, limits_.medium_ranges, build_medium<kSpatialSplits>, tree_);
+    steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<kSpatialSplits>, tree_);
   }
 
   const TopDownInput& input_;

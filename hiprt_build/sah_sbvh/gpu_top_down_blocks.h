@@ -66,43 +66,53 @@ inline __device__ void clear(RangeBox& bounds) {
   bounds.centers.clear();
 }
 
-/// Lists the tasks of a range whose bounds are not known yet, or the range itself if it is small. All lanes call it.
-/// @param crossing of the range above. @return its number in the list, or kInvalidId.
+/// A range whose bounds are not known yet. By one thread.
+/// @param crossing of the range above.
+inline __device__ void begin_range(BlockRange& to, const SmallRange& range, float crossing) {
+  clear(to.bounds);
+  to.begin = range.begin;
+  to.end = range.end;
+  to.limit = range.limit;
+  to.depth = range.depth();
+  to.link = range.link;
+  to.kind = SplitKind::kMedian;
+  to.tries_spatial = 0;
+  to.crossing = crossing;
+}
+
+inline __device__ void list_small_range(const TopDownTree& tree, const SmallRange& range) {
+  tree.small_ranges[fetch_add(&tree.state->small_ranges, 1)] = range;
+}
+
+/// Lists a range whose bounds are not known yet; a large one with its tasks, for a level. All lanes call it.
+/// @param crossing of the range above. @return its number for TopDownTree::range(), or kInvalidId for a small one.
 inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDownTree& tree, unsigned level,
                                            const SmallRange& range, float crossing) {
   TopDownState& state = *tree.state;
-  std::uint32_t number = kInvalidId, first_task = 0;
   if (range.size() <= tree.wave_range) {
-    if (group.lane() == 0) tree.small_ranges[fetch_add(&state.small_ranges, 1)] = range;
+    if (group.lane() == 0) list_small_range(tree, range);
     return kInvalidId;
   }
   const std::uint32_t tasks = (range.size() - 1) / tree.task + 1;
+  std::uint32_t number = 0, first_task = 0;
   if (group.lane() == 0) {
-    number = fetch_add(&state.ranges[level], 1);
-    first_task = fetch_add(&state.tasks[level], tasks);
-    LargeRange& large = tree.ranges[level % 2][number];
-    clear(large.bounds);
-    large.begin = range.begin;
-    large.end = range.end;
-    large.limit = range.limit;
-    large.depth = range.depth();
-    large.link = range.link;
-    large.first_task = first_task;
-    large.kind = SplitKind::kMedian;
-    large.tries_spatial = 0;
-    large.crossing = crossing;
-    large.bins = tasks > 1 ? fetch_add(&state.bins[level], 1) : kInvalidId;
+    if (tasks == 1) {
+      number = fetch_add(&state.medium_ranges, 1) | TopDownTree::kMedium;
+    } else {
+      number = fetch_add(&state.ranges[level], 1);
+      first_task = fetch_add(&state.tasks[level], tasks);
+    }
+    BlockRange& listed = tree.range(level, number);
+    begin_range(listed, range, crossing);
+    listed.first_task = first_task;
   }
   number = group.from(0, number);
+  if (tasks == 1) return number;
   first_task = group.from(0, first_task);
   for (std::uint32_t i = group.lane(); i < tasks; i += WaveGroup::kLanes)
     tree.tasks[level % 2][first_task + i] = LargeTask{number, range.begin + i * tree.task};
-  if (tasks > 1) {
-    group.sync();
-    const LargeRange& large = tree.ranges[level % 2][number];
-    tree.object_bins(large).clear(group.lane(), WaveGroup::kLanes);
-    tree.slab_bins(large).clear(group.lane(), WaveGroup::kLanes);
-  }
+  tree.object_bins(number).clear(group.lane(), WaveGroup::kLanes);
+  tree.slab_bins(number).clear(group.lane(), WaveGroup::kLanes);
   return number;
 }
 

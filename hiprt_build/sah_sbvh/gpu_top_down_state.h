@@ -19,14 +19,14 @@ static_assert(sizeof(RangeBox) == RangeBox::kWords * sizeof(std::uint32_t));
 
 enum class SplitKind : std::uint32_t { kMedian, kObject, kSpatial };
 
-/// A range with too many references for one wave: [begin, end). Spatial splits may extend it up to limit.
-struct LargeRange {
+/// A range that blocks split: [begin, end). Spatial splits may extend it up to limit. A large range has several tasks,
+/// which blocks share. A medium range is the work of one block.
+struct BlockRange {
   RangeBox bounds;
   std::uint32_t begin, end, limit;
-  std::uint32_t depth;
+  std::uint32_t depth;       ///< Its references are in array depth % 2.
   std::uint32_t link;        ///< Where its node reference is stored: see TopDownTree::set().
-  std::uint32_t first_task;  ///< The range's tasks follow each other.
-  std::uint32_t bins;        ///< Number of its bins. kInvalidId: it has one task, whose block has them.
+  std::uint32_t first_task;  ///< Of a large range, whose tasks follow each other.
   // The split of the range.
   SplitKind kind;
   std::uint32_t tries_spatial;
@@ -38,10 +38,9 @@ struct LargeRange {
   // Its halves.
   std::uint32_t half;         ///< Index of the first reference of the right half, for SplitKind::kMedian.
   std::uint32_t right_begin;  ///< Index of the right half's first reference after the split; also the node's number.
-  std::uint32_t child[2];     ///< Numbers in the list of the next level; kInvalidId: a small range.
+  std::uint32_t child[2];     ///< Of a large range: for TopDownTree::range(); kInvalidId: a small range.
 
   __device__ std::uint32_t size() const { return end - begin; }
-  __device__ bool has_one_task() const { return bins == kInvalidId; }
   /// Whether planes may cut more references than there is room for.
   __device__ bool is_crowded() const { return crossing * static_cast<float>(size()) > static_cast<float>(limit - end); }
 };
@@ -74,9 +73,9 @@ struct SmallRange {
 
 struct TopDownState {
   RangeBox bounds;
-  std::uint32_t count, limit;  ///< References, and the most after spatial splits.
-  std::uint32_t ranges[kMostLevels + 1], tasks[kMostLevels + 1];
-  std::uint32_t bins[kMostLevels + 1];  ///< Of ranges with several tasks.
+  std::uint32_t count, limit;                                     ///< References, and the most after spatial splits.
+  std::uint32_t ranges[kMostLevels + 1], tasks[kMostLevels + 1];  ///< Large ones by level.
+  std::uint32_t medium_ranges, medium_ticket;
   std::uint32_t small_ranges, ticket;
   // Of SharedRanges.
   std::uint32_t shared, shared_ticket;  ///< Ranges that groups gave away; that groups wait for or took.
@@ -87,7 +86,7 @@ struct TopDownState {
 /// The value of unused entries of the output.
 inline __device__ Reference no_reference() { return Reference{empty_box(), LeafContents::none(), kInvalidId}; }
 
-/// Of a range with several tasks.
+/// Of a large range.
 inline constexpr std::uint32_t kBinWords = ObjectBins::kSize + SlabBins::kSize;
 
 /// Everything that does not change during a build.
@@ -98,15 +97,18 @@ struct TopDownTree {
   LinkedRef* root;
   std::uint32_t* leaves;
   TopDownState* state;
-  LargeRange* ranges[2];
+  BlockRange* ranges[2];  ///< Large ones, by the parity of their level.
   LargeTask* tasks[2];
   TaskCounts* counts;
-  std::uint32_t* bins;  ///< ObjectBins and SlabBins of ranges with several tasks.
+  std::uint32_t* bins;  ///< ObjectBins and SlabBins of the large ranges of a level.
+  BlockRange* medium_ranges;
   SmallRange* small_ranges;
   std::uint32_t* shared_ranges;  ///< [most_shared] Of SharedRanges.
   std::uint32_t most_shared;
-  std::uint32_t capacity, task, wave_range;
+  std::uint32_t capacity, task, wave_range, spare_levels;
   float overlap;  ///< As BuilderDefaults::least_overlap.
+
+  static constexpr std::uint32_t kMedium = 0x80000000u;  ///< In numbers of ranges.
 
   /// @param link node * 2 + side; kInvalidId for the root.
   __device__ void set(std::uint32_t link, LinkedRef ref) const {
@@ -118,11 +120,20 @@ struct TopDownTree {
     for (std::uint32_t i = begin + 1; i < limit; ++i) references[1][i] = no_reference();
     set(link, begin | kLinkedLeaf);
   }
-  __device__ ObjectBins object_bins(const LargeRange& range) const {
-    return ObjectBins{bins + std::size_t{range.bins} * kBinWords};
+  /// @param number in its list, with kMedium if that is the list of medium ranges; not kInvalidId.
+  __device__ BlockRange& range(unsigned level, std::uint32_t number) const {
+    return (number & kMedium) != 0 ? medium_ranges[number & ~kMedium] : ranges[level % 2][number];
   }
-  __device__ SlabBins slab_bins(const LargeRange& range) const {
-    return SlabBins{bins + std::size_t{range.bins} * kBinWords + ObjectBins::kSize};
+  /// @param number of a large range.
+  __device__ ObjectBins object_bins(std::uint32_t number) const {
+    return ObjectBins{bins + std::size_t{number} * kBinWords};
+  }
+  __device__ SlabBins slab_bins(std::uint32_t number) const {
+    return SlabBins{bins + std::size_t{number} * kBinWords + ObjectBins::kSize};
+  }
+  /// Whether a range lies so much deeper than in a balanced tree that it is halved by count.
+  __device__ bool is_late(const BlockRange& range) const {
+    return range.depth >= spare_levels + static_cast<unsigned>(std::bit_width((state->limit - 1) / range.size()));
   }
   __device__ float least_overlap() const { return overlap * half_area(state->bounds.box.get()); }
 };

@@ -1,0 +1,150 @@
+#pragma once
+/// Medium ranges of references: a block splits one, and its halves, until they are small. Internal.
+
+#include <hiprt_build/sah_sbvh/gpu_range_steps.h>
+
+namespace hiprt::build::kernels {
+
+/// A medium range before its split.
+struct PendingRange {
+  RangeBox bounds;
+  std::uint32_t begin, end, limit, depth, link;
+  float crossing;
+};
+
+/// Shared memory of a block.
+struct MediumShared {
+  /// The half with fewer places is split first, so that each pending range has twice the places of the next one.
+  static constexpr unsigned kMostPending = 32;
+
+  BlockRange range;
+  union {
+    std::uint32_t object_words[ObjectBins::kSize];
+    BlockSlabs slabs;
+    BlockScatter scatter;
+  };
+  TaskCounts counts;
+  std::uint32_t ticket, pending_count;
+  PendingRange pending[kMostPending];
+};
+
+/// All threads of a block call each function.
+/// @tparam kSpatialSplits whether spatial splits are allowed.
+template <bool kSpatialSplits> class MediumBuilder {
+ public:
+  __device__ MediumBuilder(const TopDownTree& tree, MediumShared& shared) : tree_(tree), shared_(shared) {}
+
+  /// @pre a barrier since the last use of shared memory.
+  __device__ void build(const BlockRange& range) {
+    copy_words(shared_.range, range);
+    if (threadIdx.x == 0) shared_.pending_count = 0;
+    __syncthreads();
+    do {
+      choose();
+      split();
+    } while (take());
+  }
+
+ private:
+  template <class T> __device__ static void copy_words(T& to, const T& from) {
+    static_assert(sizeof(T) % 4 == 0);
+    for (unsigned i = threadIdx.x; i < sizeof(T) / 4; i += kTaskBlock)
+      reinterpret_cast<std::uint32_t*>(&to)[i] = reinterpret_cast<const std::uint32_t*>(&from)[i];
+  }
+  __device__ static bool is_first_group() { return threadIdx.x < WaveGroup::kLanes; }
+  __device__ BlockPart part() const {
+    const BlockRange& range = shared_.range;
+    return {tree_.references[range.depth % 2], range.begin, range.end};
+  }
+
+  __device__ void choose() const {
+    BlockRange& range = shared_.range;
+    const ObjectBins bins{shared_.object_words};
+    bins.clear(threadIdx.x, kTaskBlock);
+    const BinMapping mapping = lane_mapping(range.bounds.centers.get());
+    __syncthreads();
+    part().for_each([&](const Reference& r) { bin_object(bins, mapping, r.box); });
+    __syncthreads();
+    if (is_first_group()) choose_split<kSpatialSplits>(WaveGroup{}, tree_, range, bins, nullptr);
+    __syncthreads();
+    if constexpr (kSpatialSplits)
+      if (range.tries_spatial != 0) choose_spatial();
+  }
+
+  __device__ void choose_spatial() const {
+    BlockRange& range = shared_.range;
+    BlockSlabs& slabs = shared_.slabs;
+    const bool counts_first = range.is_crowded();
+    slabs.begin(range);
+    if (counts_first) {
+      part().for_each([&](const Reference& r) { count_ends(slabs.bins(), slabs.planes, r.box); });
+      __syncthreads();
+      if (is_first_group()) {
+        const SlabSums sums = sum_slabs(WaveGroup{}, slabs.bins(), range.size(), range.limit - range.begin);
+        if (threadIdx.x == 0) slabs.groups = sums.groups;
+      }
+      __syncthreads();
+    }
+    if (slabs.groups.has_planes()) slabs.add(tree_.geometries, part(), !counts_first);
+    if (is_first_group()) choose_spatial_split(WaveGroup{}, range, slabs.bins());
+    __syncthreads();
+  }
+
+  /// The range's node, and its halves: one becomes the range, one waits; small ones are listed.
+  __device__ void split() const {
+    BlockRange& range = shared_.range;
+    if (range.kind != SplitKind::kMedian) count_sides_of(range, part(), shared_.counts);
+    const RangeHalves halves = RangeHalves::of(range, shared_.counts);
+    const SmallRange half[2] = {halves.half(range, 0), halves.half(range, 1)};
+    __syncthreads();
+    if (threadIdx.x == 0) halves.store(tree_, range);
+    __syncthreads();
+    const bool goes_on[2] = {half[0].size() > tree_.wave_range, half[1].size() > tree_.wave_range};
+    shared_.scatter.move(tree_, range, part(), {0, 0}, goes_on);
+    if (threadIdx.x == 0) {
+      const unsigned larger = half[0].limit - half[0].begin >= half[1].limit - half[1].begin ? 0 : 1;
+      add(half[larger], goes_on[larger], shared_.scatter.sum[larger]);
+      add(half[1 - larger], goes_on[1 - larger], shared_.scatter.sum[1 - larger]);
+    }
+    __syncthreads();
+  }
+
+  __device__ void add(const SmallRange& half, bool goes_on, const RangeBox& bounds) const {
+    if (goes_on)
+      shared_.pending[shared_.pending_count++] =
+          PendingRange{bounds, half.begin, half.end, half.limit, half.depth(), half.link, shared_.range.crossing};
+    else
+      list_small_range(tree_, half);
+  }
+
+  /// @return false if nothing waits.
+  __device__ bool take() const {
+    if (shared_.pending_count == 0) return false;
+    __syncthreads();
+    if (threadIdx.x == 0) {
+      const PendingRange& next = shared_.pending[--shared_.pending_count];
+      begin_range(shared_.range, {next.begin, next.end, next.limit, next.link, next.depth, 0.0f}, next.crossing);
+      shared_.range.bounds = next.bounds;
+    }
+    __syncthreads();
+    return true;
+  }
+
+  const TopDownTree& tree_;
+  MediumShared& shared_;
+};
+
+template <bool kSpatialSplits> __global__ void __launch_bounds__(kTaskBlock, 3) build_medium(TopDownTree tree) {
+  __shared__ MediumShared shared;
+  MediumBuilder<kSpatialSplits> builder(tree, shared);
+  const std::uint32_t count = tree.state->medium_ranges;
+  for (;;) {
+    if (threadIdx.x == 0) shared.ticket = fetch_add(&tree.state->medium_ticket, 1);
+    __syncthreads();
+    const std::uint32_t ticket = shared.ticket;
+    if (ticket >= count) return;
+    builder.build(tree.medium_ranges[ticket]);
+  }
+}
+
+}  // namespace hiprt::build::kernels
