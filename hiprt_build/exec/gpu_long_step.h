@@ -4,6 +4,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/gpu/error.h>
 
+#include <algorithm>
 #include <cstdint>
 
 namespace hiprt::gpu {
@@ -22,6 +23,12 @@ class LongStep {
            std::uint64_t unasked = kUnaskedWork)
       : progress_(progress ? &progress : nullptr), name_(name), begin_(begin), end_(end), unasked_(unasked) {}
 
+  /// How many launches a kernel over so many references becomes, for a question behind each; 1 if nobody is asked.
+  std::uint32_t parts(std::uint64_t references) const {
+    constexpr std::uint64_t kMost = 256;
+    if (progress_ == nullptr) return 1;
+    return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(references / unasked_, 1, kMost));
+  }
   /// Behind launches that process so many references. Waits for the device if it asks.
   /// @param part of the step that these launches end, 0 to 1.
   Result<void> done(hipStream_t stream, std::uint64_t references, double part) {

@@ -42,7 +42,8 @@ static __global__ void begin_ranges(TopDownTree tree, std::uint32_t* counts, std
     *tree.root = kInvalidId;
     *tree.leaves = 0;
   }
-  if (sum != 0) list_range(group, tree, 0, SmallRange{0, sum, limit, kInvalidId, 0, 0.0f}, 1.0f);
+  if (sum != 0)
+    list_range(group, tree, 0, SmallRange{0, sum, limit, kInvalidId, SmallRange::bits(0, 0, 1.0f), 0.0f}, 1.0f);
 }
 
 static __global__ void __launch_bounds__(kTaskBlock)

@@ -23,6 +23,9 @@ struct MediumShared {
     BlockSlabs slabs;
     BlockScatter scatter;
   };
+  ObjectSplit objects[3];  ///< By axis.
+  SpatialSplitRecord cuts[3];
+  std::uint32_t crossing[3];
   TaskCounts counts;
   std::uint32_t ticket, pending_count;
   PendingRange pending[kMostPending];
@@ -51,21 +54,33 @@ template <bool kSpatialSplits> class MediumBuilder {
     for (unsigned i = threadIdx.x; i < sizeof(T) / 4; i += kTaskBlock)
       reinterpret_cast<std::uint32_t*>(&to)[i] = reinterpret_cast<const std::uint32_t*>(&from)[i];
   }
-  __device__ static bool is_first_group() { return threadIdx.x < WaveGroup::kLanes; }
   __device__ BlockPart part() const {
     const BlockRange& range = shared_.range;
     return {tree_.references[range.depth % 2], range.begin, range.end};
   }
 
+  /// An axis for each of the first three groups: visit(group, axis, whether the lane is the first).
+  template <class Visit> __device__ static void for_axes(Visit&& visit) {
+    const unsigned axis = threadIdx.x / WaveGroup::kLanes;
+    const WaveGroup group;
+    if (axis < 3) visit(group, axis, group.lane() == 0);
+  }
+
   __device__ void choose() const {
     BlockRange& range = shared_.range;
+    if (tree_.is_late(range)) return;
     const ObjectBins bins{shared_.object_words};
     bins.clear(threadIdx.x, kTaskBlock);
     const BinMapping mapping = lane_mapping(range.bounds.centers.get());
     __syncthreads();
     part().for_each([&](const Reference& r) { bin_object(bins, mapping, r.box); });
     __syncthreads();
-    if (is_first_group()) choose_split<kSpatialSplits>(WaveGroup{}, tree_, range, bins, nullptr);
+    for_axes([&](const WaveGroup& group, unsigned axis, bool writes) {
+      const ObjectSplit split = best_object_split(group, bins, range.bounds.box.get(), axis, axis + 1);
+      if (writes) shared_.objects[axis] = split;
+    });
+    __syncthreads();
+    if (threadIdx.x == 0) note_split<kSpatialSplits>(tree_, range, cheapest(shared_.objects));
     __syncthreads();
     if constexpr (kSpatialSplits)
       if (range.tries_spatial != 0) choose_spatial();
@@ -74,27 +89,47 @@ template <bool kSpatialSplits> class MediumBuilder {
   __device__ void choose_spatial() const {
     BlockRange& range = shared_.range;
     BlockSlabs& slabs = shared_.slabs;
+    const std::uint32_t places = range.limit - range.begin;
     const bool counts_first = range.is_crowded();
     slabs.begin(range);
     if (counts_first) {
       part().for_each([&](const Reference& r) { count_ends(slabs.bins(), slabs.planes, r.box); });
       __syncthreads();
-      if (is_first_group()) {
-        const SlabSums sums = sum_slabs(WaveGroup{}, slabs.bins(), range.size(), range.limit - range.begin);
-        if (threadIdx.x == 0) slabs.groups = sums.groups;
-      }
+      for_axes([&](const WaveGroup& group, unsigned axis, bool writes) {
+        const AxisSums sums(group, slabs.bins(), axis, range.size(), places);
+        if (writes) slabs.groups.begins[axis] = sums.begins;
+      });
       __syncthreads();
     }
     if (slabs.groups.has_planes()) slabs.add(tree_.geometries, part(), !counts_first);
-    if (is_first_group()) choose_spatial_split(WaveGroup{}, range, slabs.bins());
+    for_axes([&](const WaveGroup& group, unsigned axis, bool writes) {
+      const AxisSums sums(group, slabs.bins(), axis, range.size(), places);
+      const auto cut = best_spatial_split(group, slabs.bins(), range.bounds.box.get(), places, axis, axis + 1);
+      if (writes) shared_.cuts[axis] = cut;
+      if (writes) shared_.crossing[axis] = sums.crossing;
+    });
     __syncthreads();
+    if (threadIdx.x == 0) {
+      const std::uint32_t(&crossing)[3] = shared_.crossing;
+      note_spatial_split(range, cheapest(shared_.cuts), max(crossing[0], max(crossing[1], crossing[2])));
+    }
+    __syncthreads();
+  }
+  /// Of the splits across each axis; the first of equals.
+  template <class Split> __device__ static const Split& cheapest(const Split (&splits)[3]) {
+    const Split& first_two = splits[1].cost < splits[0].cost ? splits[1] : splits[0];
+    return splits[2].cost < first_two.cost ? splits[2] : first_two;
   }
 
   /// The range's node, and its halves: one becomes the range, one waits; small ones are listed.
   __device__ void split() const {
     BlockRange& range = shared_.range;
-    if (range.kind != SplitKind::kMedian) count_sides_of(range, part(), shared_.counts);
-    const RangeHalves halves = RangeHalves::of(range, shared_.counts);
+    TaskCounts sum{range.split.left, 0, 0};
+    if (range.kind == SplitKind::kSpatial) {
+      count_sides_of(range, part(), shared_.counts);
+      sum = shared_.counts;
+    }
+    const RangeHalves halves = RangeHalves::of(range, sum);
     const SmallRange half[2] = {halves.half(range, 0), halves.half(range, 1)};
     __syncthreads();
     if (threadIdx.x == 0) halves.store(tree_, range);
@@ -134,16 +169,18 @@ template <bool kSpatialSplits> class MediumBuilder {
   MediumShared& shared_;
 };
 
-template <bool kSpatialSplits> __global__ void __launch_bounds__(kTaskBlock, 3) build_medium(TopDownTree tree) {
+/// @param slice of the medium ranges. The ticket is 0 at first.
+template <bool kSpatialSplits>
+__global__ void __launch_bounds__(kTaskBlock, 3) build_medium(TopDownTree tree, Slice slice) {
   __shared__ MediumShared shared;
   MediumBuilder<kSpatialSplits> builder(tree, shared);
-  const std::uint32_t count = tree.state->medium_ranges;
+  const std::uint32_t first = slice.begin(tree.state->medium_ranges), last = slice.end(tree.state->medium_ranges);
   for (;;) {
     if (threadIdx.x == 0) shared.ticket = fetch_add(&tree.state->medium_ticket, 1);
     __syncthreads();
-    const std::uint32_t ticket = shared.ticket;
-    if (ticket >= count) return;
-    builder.build(tree.medium_ranges[ticket]);
+    const std::uint32_t number = first + shared.ticket;
+    if (number >= last) return;
+    builder.build(tree.medium_ranges[number]);
   }
 }
 

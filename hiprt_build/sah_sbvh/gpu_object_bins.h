@@ -97,13 +97,15 @@ struct ObjectSplit {
   float left_area, right_area;  ///< Half the areas of the boxes of the sides.
 };
 
-/// As find_best_split(). Lane i has the split before bin i. @param all the range's box.
-inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const ObjectBins& bins, const Box& all) {
+/// As find_best_split(), across axes [first, last). Lane i has the split before bin i. @param all the range's box.
+inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const ObjectBins& bins, const Box& all,
+                                                unsigned first = 0, unsigned last = 3) {
   const unsigned lane = group.lane();
   LaneChoice best(SimdBox::kInfinity, 0);
   float overlap = 0.0f, left_area = 0.0f, right_area = 0.0f;
   std::uint32_t count_of_best = 0;
-  for (unsigned axis = 0; axis < 3; ++axis) {
+#pragma unroll 1
+  for (unsigned axis = first; axis < last; ++axis) {
     Box right = bins.box(axis, lane), left = lane > 0 ? bins.box(axis, lane - 1) : empty_box();
     const std::uint32_t count = *bins.at(axis, 6, lane), up_to = sum_up(group, count), total = group.from(31, up_to);
     const std::uint32_t left_count = up_to - count, right_count = total - left_count;

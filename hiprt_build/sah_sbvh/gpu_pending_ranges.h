@@ -17,7 +17,7 @@ class StoredRange {
     words_[0] = range.end;
     words_[1] = range.limit;
     words_[2] = range.link;
-    words_[3] = range.depth_bits;
+    words_[3] = range.state;
     words_[4] = std::bit_cast<std::uint32_t>(range.cost);
     words_[5] = next;
   }
@@ -67,6 +67,8 @@ class SharedRanges {
  public:
   /// Ranges that can be given away in a build; later ones stay with their group.
   static constexpr std::uint32_t kMost = 1u << 14;
+  /// Words of TopDownState, from `shared` on, that are 0 at first.
+  static constexpr std::uint32_t kCounts = 4;
 
   __device__ SharedRanges(const WaveGroup& group, const TopDownTree& tree) : group_(group), tree_(tree) {}
 

@@ -18,39 +18,22 @@ struct BlockPart {
   }
 };
 
-/// Chooses the split of references of a range, and whether to try a spatial one. By a group.
-/// @param slabs with the references counted where they begin and end; nullptr: not counted yet.
+/// The split of references of a range, and whether to try a spatial one. By one thread.
 template <bool kSpatialSplits>
-__device__ void choose_split(const WaveGroup& group, const TopDownTree& tree, BlockRange& range, const ObjectBins& bins,
-                             const SlabBins* slabs) {
-  const std::uint32_t places = range.limit - range.begin;
-  if (is_deep(range.depth, places) || tree.is_late(range)) return;
-  const ObjectSplit split = best_object_split(group, bins, range.bounds.box.get());
-  bool cuts = kSpatialSplits && places > range.size() && split.overlap > tree.least_overlap();
-  const bool counted = cuts && slabs != nullptr;
-  SlabSums sums{SlabGroups::single(), 0};
-  if (counted) {
-    sums = sum_slabs(group, *slabs, range.size(), places);
-    cuts = sums.groups.has_planes();
-  }
-  group.sync();
-  if (group.lane() != 0) return;
+__device__ void note_split(const TopDownTree& tree, BlockRange& range, const ObjectSplit& split) {
+  const bool has_room = range.size() >= kLeastCutRange && range.limit - range.begin > range.size();
   range.split = split;
   range.kind = split.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
-  range.tries_spatial = cuts ? 1 : 0;
-  range.counted = counted ? 1 : 0;
-  range.groups = sums.groups;
-  if (counted) range.crossing = static_cast<float>(sums.crossing) / static_cast<float>(range.size());
+  range.groups = SlabGroups::single();
+  range.counted = 0;
+  range.tries_spatial = kSpatialSplits && has_room &&
+                        halves_overlap(split.overlap, tree.least_overlap(), half_area(range.bounds.box.get()));
 }
 
-/// Takes the best spatial split of a range if it is cheaper. By a group.
-inline __device__ void choose_spatial_split(const WaveGroup& group, BlockRange& range, const SlabBins& bins) {
-  const std::uint32_t places = range.limit - range.begin;
-  const SpatialSplitRecord cut = best_spatial_split(group, bins, range.bounds.box.get(), places);
-  const std::uint32_t crossing = sum_slabs(group, bins, range.size(), places).crossing;
-  group.sync();
-  if (group.lane() != 0) return;
-  range.crossing = static_cast<float>(crossing) / static_cast<float>(range.size());
+/// The best spatial split of a range, if it is cheaper. By one thread.
+/// @param crossing the most references that a plane cuts.
+inline __device__ void note_spatial_split(BlockRange& range, const SpatialSplitRecord& cut, std::uint32_t crossing) {
+  range.crossing = crossing_share(crossing, range.size());
   if (!(cut.cost < range.split.cost)) return;
   range.spatial = cut;
   range.kind = SplitKind::kSpatial;
@@ -159,9 +142,10 @@ struct RangeHalves {
   __device__ std::uint32_t node() const { return halves.right_begin; }
   /// @param side 0: left.
   __device__ SmallRange half(const BlockRange& range, unsigned side) const {
-    const std::uint32_t depth = range.depth + 1, array = depth % 2 != 0 ? SmallRange::kOther : 0;
-    if (side == 0) return {range.begin, halves.left_end, halves.right_begin, 2 * node(), depth | array, 0.0f};
-    return {halves.right_begin, halves.right_end, range.limit, 2 * node() + 1, depth | array, 0.0f};
+    const std::uint32_t depth = range.depth + 1;
+    const std::uint32_t state = SmallRange::bits(depth, depth % 2 != 0 ? SmallRange::kOther : 0, range.crossing);
+    if (side == 0) return {range.begin, halves.left_end, halves.right_begin, 2 * node(), state, 0.0f};
+    return {halves.right_begin, halves.right_end, range.limit, 2 * node() + 1, state, 0.0f};
   }
   /// By one thread.
   __device__ void store(const TopDownTree& tree, BlockRange& range) const {

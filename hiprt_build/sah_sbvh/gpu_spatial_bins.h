@@ -114,32 +114,44 @@ template <class Counts> __device__ void count_ends(const Counts& counts, unsigne
   counts.count(axis, 1, static_cast<unsigned>(span.end));
 }
 template <class Counts> __device__ void count_ends(const Counts& counts, const SlabPlanes& planes, const Box& box) {
-#pragma unroll
+#pragma unroll 1
   for (unsigned axis = 0; axis < 3; ++axis) count_ends(counts, axis, span_of(planes, box, axis));
 }
 
-/// As SpatialBins::groups() and SpatialBins::crossing().
+/// As SpatialBins::groups() and SpatialBins::crossing(), of an axis. The same in all lanes.
+struct AxisSums {
+  std::uint32_t begins, crossing;
+
+  /// @param size references. @param most as of SpatialBins::groups().
+  __device__ AxisSums(const WaveGroup& group, const SlabBins& bins, unsigned axis, std::uint32_t size,
+                      std::uint32_t most) {
+    const unsigned lane = group.lane();
+    const bool mine = lane < kSpatialBins;
+    const std::uint32_t begin = mine ? *bins.at(axis, 6, lane) : 0, end = mine ? *bins.at(axis, 7, lane) : 0;
+    const std::uint32_t left = sum_up(group, begin) - begin, right = sum_down(group, end, kSpatialBins);
+    const bool fits = mine && left != 0 && right != 0 && left + right <= most;
+    begins = (group.ballot(fits) & SlabGroups::kSingle) | 1u;
+    crossing = mine && lane != 0 ? left + right - size : 0;
+    for (unsigned step = 1; step < kSpatialBins; step *= 2) {
+      const std::uint32_t other = group.from(lane ^ step, crossing);
+      crossing = other > crossing ? other : crossing;
+    }
+    crossing = group.from(0, crossing);
+  }
+};
+/// The same of all axes.
 struct SlabSums {
   SlabGroups groups;
   std::uint32_t crossing;
 };
-/// The same in all lanes. @param size references. @param most as of SpatialBins::groups().
 inline __device__ SlabSums sum_slabs(const WaveGroup& group, const SlabBins& bins, std::uint32_t size,
                                      std::uint32_t most) {
-  const unsigned lane = group.lane();
-  const bool mine = lane < kSpatialBins;
   SlabSums sums{SlabGroups::single(), 0};
-#pragma unroll
+#pragma unroll 1
   for (unsigned axis = 0; axis < 3; ++axis) {
-    const std::uint32_t begins = mine ? *bins.at(axis, 6, lane) : 0, ends = mine ? *bins.at(axis, 7, lane) : 0;
-    const std::uint32_t left = sum_up(group, begins) - begins, right = sum_down(group, ends, kSpatialBins);
-    const bool fits = mine && left != 0 && right != 0 && left + right <= most;
-    sums.groups.begins[axis] = (group.ballot(fits) & SlabGroups::kSingle) | 1u;
-    if (mine && lane != 0 && left + right - size > sums.crossing) sums.crossing = left + right - size;
-  }
-  for (unsigned step = 1; step < WaveGroup::kLanes; step *= 2) {
-    const std::uint32_t other = group.from(lane ^ step, sums.crossing);
-    sums.crossing = other > sums.crossing ? other : sums.crossing;
+    const AxisSums mine(group, bins, axis, size, most);
+    sums.groups.set(axis, mine.begins);
+    sums.crossing = mine.crossing > sums.crossing ? mine.crossing : sums.crossing;
   }
   return sums;
 }
@@ -171,7 +183,7 @@ template <unsigned kThreads> struct SlabQueue {
   /// @param number below 2^14. @param counts whether it is to be counted, too.
   __device__ void add(const SlabBins& bins, const SlabPlanes& planes, const SlabGroups& groups,
                       const Reference& reference, unsigned number, bool counts) {
-#pragma unroll
+#pragma unroll 1
     for (unsigned axis = 0; axis < 3; ++axis) {
       const SlabSpan span = span_of(planes, reference.box, axis);
       if (counts) count_ends(bins, axis, span);
@@ -191,14 +203,15 @@ template <unsigned kThreads> struct SlabQueue {
   }
 };
 
-/// As SpatialBins::best(): lane i evaluates the split before slab i. @return infinite cost if there is no split; the
-/// same result in all lanes.
+/// As SpatialBins::best(), across axes [first, last): lane i evaluates the split before slab i. @return infinite cost
+/// if there is no split; the same result in all lanes.
 inline __device__ SpatialSplitRecord best_spatial_split(const WaveGroup& group, const SlabBins& bins, const Box& all,
-                                                        std::uint32_t most) {
+                                                        std::uint32_t most, unsigned first = 0, unsigned last = 3) {
   const unsigned lane = group.lane();
   LaneChoice best(SimdBox::kInfinity, 0);
   SpatialSplitRecord cut{};
-  for (unsigned axis = 0; axis < 3; ++axis) {
+#pragma unroll 1
+  for (unsigned axis = first; axis < last; ++axis) {
     const bool mine = lane < kSpatialBins;
     Box right = mine ? bins.box(axis, lane) : empty_box();
     Box left = mine && lane > 0 ? bins.box(axis, lane - 1) : empty_box();

@@ -35,14 +35,14 @@ struct TopDownTuning {
   /// References that a block processes together; more than 0, at most 2^14. One block splits a range of up to so many.
   std::uint32_t task = 2048;
   std::uint32_t wave_range = 512;  ///< One wave builds the subtree of a range of up to so many references; at least 32.
-  /// How many levels deeper than in a balanced tree a larger range may lie. Deeper ones are halved by count. At
-  /// most 32.
-  std::uint32_t spare_levels = 12;
+  /// How many levels deeper than in a balanced tree a larger range may lie, at most 32. Deeper ones are halved by
+  /// count.
+  std::uint32_t spare_levels = 8;
 
   /// For so many primitives. A GPU of 132 multiprocessors needs several hundred blocks; larger tasks add their bins to
   /// those of the range more rarely. A wave takes long for spatial splits: its ranges are smaller.
   static TopDownTuning of(std::uint32_t primitives, bool spatial) {
-    const std::uint32_t task = std::clamp<std::uint32_t>(std::bit_floor(primitives / 1600), 512, 2048);
+    const std::uint32_t task = std::clamp<std::uint32_t>(std::bit_floor(primitives / 1200), 256, 2048);
     return {.task = task, .wave_range = spatial ? 64u : 512u};
   }
 };

@@ -19,6 +19,11 @@ using build::Reference;
 /// References of the input that a block packs.
 constexpr std::uint32_t kPiece = 2048;
 
+/// References of a range cost so many times as much below the levels of large ranges as in one of them.
+constexpr std::uint32_t kWorkBelowLevels = 8;
+/// Shares of the levels, and of them and medium ranges, in a build, roughly.
+constexpr double kLevelsPart = 0.4, kMediumPart = 0.6;
+
 /// How much of everything there can be.
 struct Limits {
   std::uint32_t pieces, large_ranges, tasks, medium_ranges, small_ranges;
@@ -99,12 +104,13 @@ class Enqueuer {
     compact();
     for (unsigned level = 0; level < limits_.levels; ++level) {
       split(level);
-      steps_.then([&] { return asks.done(steps_.stream(), input_.input, (level + 1.0) / (limits_.levels + 1.0)); });
+      steps_.then(
+          [&] { return asks.done(steps_.stream(), input_.input, kLevelsPart * (level + 1.0) / limits_.levels); });
     }
     if (spatial_)
-      build_the_rest<true>();
+      build_below_levels<true>(asks);
     else
-      build_the_rest<false>();
+      build_below_levels<false>(asks);
     return steps_.result();
   }
 
@@ -137,10 +143,35 @@ class Enqueuer {
     steps_.persistent("scatter_references", kTaskBlock, tasks, scatter_references, tree_, level);
   }
 
-  template <bool kSpatialSplits> void build_the_rest() {
+  /// launches(slice) for slices of the lists: several if somebody is asked, because one launch may take long.
+  /// @param begin, end of this part of the build.
+  template <class Launches> void in_slices(LongStep& asks, double begin, double end, const Launches& launches) {
+    const std::uint64_t work = std::uint64_t{input_.capacity} * kWorkBelowLevels;
+    const std::uint32_t count = asks.parts(work);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      launches(Slice{i, count});
+      const double done = begin + (end - begin) * (i + 1.0) / (count + 1.0);
+      steps_.then([&] { return asks.done(steps_.stream(), work / count, done); });
+    }
+  }
+
+  template <bool kSpatialSplits> void build_below_levels(LongStep& asks) {
+    TopDownState* const state = tree_.state;
     if (limits_.medium_ranges != 0)
-      steps_.persistent("build_medium", kTaskBlock, limits_.medium_ranges, build_medium<kSpatialSplits>, tree_);
-    steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<kSpatialSplits>, tree_);
+      in_slices(asks, kLevelsPart, kMediumPart, [&](const Slice& slice) {
+        if (slice.number != 0) steps_.fill_bytes("the ticket", &state->medium_ticket, 1, 0);
+        steps_.persistent("build_medium", kTaskBlock, limits_.medium_ranges, build_medium<kSpatialSplits>, tree_,
+                          slice);
+      });
+    in_slices(asks, kMediumPart, 1.0, [&](const Slice& slice) {
+      if (slice.number != 0) {
+        steps_.fill_bytes("the ticket", &state->ticket, 1, 0);
+        steps_.fill_bytes("the counts of shared ranges", &state->shared, SharedRanges::kCounts, 0);
+        steps_.fill_bytes("the shared ranges", tree_.shared_ranges, tree_.most_shared, 0xff);
+      }
+      steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<kSpatialSplits>, tree_,
+                        slice);
+    });
   }
 
   const TopDownInput& input_;

@@ -11,7 +11,7 @@ inline __device__ BlockPart part_of(const TopDownTree& tree, unsigned level, con
 }
 
 template <bool kSpatialSplits>
-__global__ void __launch_bounds__(kTaskBlock) bin_objects(TopDownTree tree, unsigned level) {
+__global__ void __launch_bounds__(kTaskBlock, 8) bin_objects(TopDownTree tree, unsigned level) {
   __shared__ std::uint32_t words[ObjectBins::kSize], count_words[SlabCounts::kSize];
   __shared__ SlabPlanes planes;
   const ObjectBins bins{words};
@@ -50,9 +50,20 @@ template <bool kSpatialSplits>
 __global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, unsigned level) {
   for_ranges(tree, level, [&](const WaveGroup& group, std::uint32_t number) {
     BlockRange& range = tree.ranges[level % 2][number];
-    const SlabBins slabs = tree.slab_bins(number);
-    const bool counted = kSpatialSplits && range.is_crowded();
-    choose_split<kSpatialSplits>(group, tree, range, tree.object_bins(number), counted ? &slabs : nullptr);
+    if (tree.is_late(range)) return;
+    const bool crowded = kSpatialSplits && range.is_crowded();
+    const ObjectSplit split = best_object_split(group, tree.object_bins(number), range.bounds.box.get());
+    group.sync();
+    if (group.lane() == 0) note_split<kSpatialSplits>(tree, range, split);
+    group.sync();
+    if (!crowded || range.tries_spatial == 0) return;
+    const SlabSums sums = sum_slabs(group, tree.slab_bins(number), range.size(), range.limit - range.begin);
+    group.sync();
+    if (group.lane() != 0) return;
+    range.counted = 1;
+    range.groups = sums.groups;
+    range.crossing = crossing_share(sums.crossing, range.size());
+    range.tries_spatial = sums.groups.has_planes() ? 1 : 0;
   });
 }
 
@@ -73,7 +84,13 @@ static __global__ void __launch_bounds__(kTaskBlock, 4) bin_spatial(TopDownTree 
 static __global__ void __launch_bounds__(kGroupBlock) choose_spatial_splits(TopDownTree tree, unsigned level) {
   for_ranges(tree, level, [&](const WaveGroup& group, std::uint32_t number) {
     BlockRange& range = tree.ranges[level % 2][number];
-    if (range.tries_spatial != 0) choose_spatial_split(group, range, tree.slab_bins(number));
+    if (range.tries_spatial == 0) return;
+    const std::uint32_t places = range.limit - range.begin;
+    const SlabBins bins = tree.slab_bins(number);
+    const SpatialSplitRecord cut = best_spatial_split(group, bins, range.bounds.box.get(), places);
+    const std::uint32_t crossing = sum_slabs(group, bins, range.size(), places).crossing;
+    group.sync();
+    if (group.lane() == 0) note_spatial_split(range, cut, crossing);
   });
 }
 

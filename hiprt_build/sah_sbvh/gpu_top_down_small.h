@@ -37,7 +37,7 @@ template <bool kSpatialSplits> class SmallBuilder {
     for (;;) {
       const bool many = range.size() > WaveGroup::kLanes || (kSpatialSplits && range.is(SmallRange::kTrySpatial));
       if (!many || !split(range, leaves)) {
-        if (many) range.depth_bits = (range.depth_bits & ~SmallRange::kTrySpatial) | SmallRange::kNoSpatial;
+        if (many) range.state = (range.state & ~SmallRange::kTrySpatial) | SmallRange::kNoSpatial;
         leaves += WaveSweep<kSpatialSplits>(group_, shared_.sweep, tree_, least_overlap_).build(range, pending_);
       }
       if (pending_.first == kInvalidId) return leaves;
@@ -52,6 +52,7 @@ template <bool kSpatialSplits> class SmallBuilder {
     ObjectSplit objects;
     SpatialSplitRecord spatial;
     Box box, centers;
+    float crossing;  ///< As BlockRange::crossing.
   };
 
   __device__ const Reference* from(const SmallRange& range) const {
@@ -89,34 +90,16 @@ template <bool kSpatialSplits> class SmallBuilder {
     rule.kind = rule.objects.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
   }
 
-  /// Takes a spatial split if it is cheaper.
-  __device__ void choose_spatial(const SmallRange& range, Rule& rule) const {
+  /// @param counts whether references are counted, too.
+  __device__ void bin_parts(const SmallRange& range, bool counts) const {
+    const SlabGroups& groups = shared_.slabs.groups;
     const SlabBins bins{shared_.slabs.words};
-    group_.sync();
-    bins.clear(group_.lane(), WaveGroup::kLanes);
-    SlabPlanes& planes = shared_.slabs.planes;
+    const SlabPlanes& planes = shared_.slabs.planes;
     SlabQueue<WaveGroup::kLanes>& queue = shared_.slabs.queue;
-    fill_planes(planes, rule.box, group_.lane(), WaveGroup::kLanes);
-    SlabGroups& groups = shared_.slabs.groups;
-    if (group_.lane() == 0) {
-      queue.clear();
-      groups = SlabGroups::single();
-    }
-    group_.sync();
-    const std::uint32_t places = range.limit - range.begin;
-    const bool counts_first = places - range.size() < range.size();
-    if (counts_first) {
-      for_each(range, [&](const Reference& r) { count_ends(bins, planes, r.box); });
-      group_.sync();
-      const SlabSums sums = sum_slabs(group_, bins, range.size(), places);
-      if (!sums.groups.has_planes()) return;
-      if (group_.lane() == 0) groups = sums.groups;
-      group_.sync();
-    }
     const Reference* references = from(range) + range.begin;
     for (std::uint32_t first = 0; first < range.size(); first += WaveGroup::kLanes) {
       const std::uint32_t i = first + group_.lane();
-      if (i < range.size()) queue.add(bins, planes, groups, load(references + i), i, !counts_first);
+      if (i < range.size()) queue.add(bins, planes, groups, load(references + i), i, counts);
       group_.sync();
       queue.work(bins, planes, groups, tree_.geometries, group_.lane(),
                  [&](unsigned number) { return load(references + number); });
@@ -124,7 +107,35 @@ template <bool kSpatialSplits> class SmallBuilder {
       if (group_.lane() == 0) queue.clear();
       group_.sync();
     }
+  }
+
+  /// Takes a spatial split if it is cheaper.
+  __device__ void choose_spatial(const SmallRange& range, Rule& rule) const {
+    const SlabBins bins{shared_.slabs.words};
+    group_.sync();
+    bins.clear(group_.lane(), WaveGroup::kLanes);
+    SlabPlanes& planes = shared_.slabs.planes;
+    fill_planes(planes, rule.box, group_.lane(), WaveGroup::kLanes);
+    SlabGroups& groups = shared_.slabs.groups;
+    if (group_.lane() == 0) {
+      shared_.slabs.queue.clear();
+      groups = SlabGroups::single();
+    }
+    group_.sync();
+    const std::uint32_t places = range.limit - range.begin;
+    const bool counts_first = range.is_crowded();
+    if (counts_first) {
+      for_each(range, [&](const Reference& r) { count_ends(bins, planes, r.box); });
+      group_.sync();
+      const SlabSums sums = sum_slabs(group_, bins, range.size(), places);
+      rule.crossing = crossing_share(sums.crossing, range.size());
+      if (!sums.groups.has_planes()) return;
+      if (group_.lane() == 0) groups = sums.groups;
+      group_.sync();
+    }
+    bin_parts(range, !counts_first);
     rule.spatial = best_spatial_split(group_, bins, rule.box, places);
+    rule.crossing = crossing_share(sum_slabs(group_, bins, range.size(), places).crossing, range.size());
     if (rule.spatial.cost < rule.objects.cost) rule.kind = SplitKind::kSpatial;
   }
 
@@ -176,10 +187,12 @@ template <bool kSpatialSplits> class SmallBuilder {
   __device__ void choose(const SmallRange& range, Rule& rule) const {
     measure(range, rule);
     rule.kind = SplitKind::kMedian;
+    rule.crossing = range.crossing();
     rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, SimdBox::kInfinity, 0, 0.0f, 0.0f};
     if (is_deep(range.depth(), range.limit - range.begin)) return;
     if (!range.is(SmallRange::kTrySpatial)) choose_object(range, rule);
-    if (kSpatialSplits && range.limit - range.begin > range.size() && rule.objects.overlap > least_overlap_)
+    if (kSpatialSplits && range.size() >= kLeastCutRange && range.limit - range.begin > range.size() &&
+        halves_overlap(rule.objects.overlap, least_overlap_, half_area(rule.box)))
       choose_spatial(range, rule);
   }
 
@@ -217,7 +230,8 @@ template <bool kSpatialSplits> class SmallBuilder {
       tree_.nodes[node].box = rule.box;
       tree_.set(range.link, node);
     }
-    const std::uint32_t bits = (range.depth() + 1) | (range.is(SmallRange::kOther) ? 0 : SmallRange::kOther);
+    const std::uint32_t bits =
+        SmallRange::bits(range.depth() + 1, range.is(SmallRange::kOther) ? 0 : SmallRange::kOther, rule.crossing);
     add({node, halves.right_end, range.limit, 2 * node + 1, bits, 0.0f}, leaves);
     add({range.begin, halves.left_end, node, 2 * node, bits, 0.0f}, leaves);
     return true;
@@ -243,10 +257,13 @@ template <bool kSpatialSplits> class SmallBuilder {
 };
 
 /// Groups take a small range after the other, and then ranges from groups that have more.
-template <bool kSpatialSplits> __global__ void __launch_bounds__(kGroupBlock, 4) build_small(TopDownTree tree) {
+/// @param slice of the small ranges. The ticket and the state of SharedRanges are as at first.
+template <bool kSpatialSplits>
+__global__ void __launch_bounds__(kGroupBlock, 4) build_small(TopDownTree tree, Slice slice) {
   __shared__ SmallShared shared[kGroupsPerBlock];
   const WaveGroup group;
-  const std::uint32_t ranges = tree.state->small_ranges;
+  const std::uint32_t first = slice.begin(tree.state->small_ranges);
+  const std::uint32_t ranges = slice.end(tree.state->small_ranges) - first;
   SharedRanges shared_ranges(group, tree);
   SmallBuilder<kSpatialSplits> builder(group, shared[threadIdx.x / WaveGroup::kLanes], tree, shared_ranges);
   std::uint32_t leaves = 0;
@@ -258,7 +275,7 @@ template <bool kSpatialSplits> __global__ void __launch_bounds__(kGroupBlock, 4)
       std::uint32_t ticket = group.lane() == 0 ? fetch_add(&tree.state->ticket, 1) : 0;
       ticket = group.from(0, ticket);
       has = ticket < ranges;
-      if (has) range = tree.small_ranges[ticket];
+      if (has) range = tree.small_ranges[first + ticket];
       if (!has && !shared_ranges.wait()) break;
       waits = !has;
     }

@@ -45,6 +45,11 @@ struct BlockRange {
   __device__ bool is_crowded() const { return crossing * static_cast<float>(size()) > static_cast<float>(limit - end); }
 };
 
+/// @return BlockRange::crossing.
+inline __device__ float crossing_share(std::uint32_t crossing, std::uint32_t size) {
+  return static_cast<float>(crossing) / static_cast<float>(size);
+}
+
 /// A part of a large range: references [begin, begin + task).
 struct LargeTask {
   std::uint32_t range, begin;
@@ -58,29 +63,49 @@ struct TaskCounts {
 /// A range that is small enough for one group of lanes.
 struct SmallRange {
   std::uint32_t begin, end, limit, link;
-  std::uint32_t depth_bits;  ///< Depth, and flags.
-  float cost;                ///< With kTrySpatial: cost of the best object split.
+  std::uint32_t state;  ///< Depth, crossing, and flags.
+  float cost;           ///< With kTrySpatial: cost of the best object split.
 
   static constexpr std::uint32_t kOther = 0x80000000u;       ///< Its references are in the second array.
   static constexpr std::uint32_t kTrySpatial = 0x40000000u;  ///< Halves overlap: a spatial split may be cheaper.
   static constexpr std::uint32_t kNoSpatial = 0x20000000u;   ///< No spatial split is cheaper.
-  static constexpr std::uint32_t kFlags = kOther | kTrySpatial | kNoSpatial;
 
+  /// @param crossing as BlockRange::crossing, 0 to 1; it is kept in steps of 1/255, rounded up.
+  __device__ static std::uint32_t bits(unsigned depth, std::uint32_t flags, float crossing) {
+    return flags | static_cast<std::uint32_t>(fminf(ceilf(crossing * 255.0f), 255.0f)) << 8 | depth;
+  }
   __device__ std::uint32_t size() const { return end - begin; }
-  __device__ unsigned depth() const { return depth_bits & ~kFlags; }
-  __device__ bool is(std::uint32_t flag) const { return (depth_bits & flag) != 0; }
+  __device__ unsigned depth() const { return state & 0xffu; }
+  __device__ float crossing() const { return static_cast<float>(state >> 8 & 0xffu) / 255.0f; }
+  /// Whether planes may cut more references than there is room for.
+  __device__ bool is_crowded() const {
+    return crossing() * static_cast<float>(size()) > static_cast<float>(limit - end);
+  }
+  __device__ bool is(std::uint32_t flag) const { return (state & flag) != 0; }
 };
+static_assert(kMaxDepth < 256);
 
 struct TopDownState {
   RangeBox bounds;
   std::uint32_t count, limit;                                     ///< References, and the most after spatial splits.
   std::uint32_t ranges[kMostLevels + 1], tasks[kMostLevels + 1];  ///< Large ones by level.
-  std::uint32_t medium_ranges, medium_ticket;
-  std::uint32_t small_ranges, ticket;
+  std::uint32_t medium_ranges, small_ranges;
+  // What is 0 when a slice begins.
+  std::uint32_t medium_ticket, ticket;
   // Of SharedRanges.
   std::uint32_t shared, shared_ticket;  ///< Ranges that groups gave away; that groups wait for or took.
   std::uint32_t waiting;                ///< Groups.
   std::uint32_t unfinished;             ///< Ranges given away - ranges finished, small ones included; modulo 2^32.
+};
+
+/// A part of a list that one launch processes.
+struct Slice {
+  std::uint32_t number, count;  ///< Of equal parts.
+
+  __device__ std::uint32_t begin(std::uint32_t size) const {
+    return static_cast<std::uint32_t>(std::uint64_t{size} * number / count);
+  }
+  __device__ std::uint32_t end(std::uint32_t size) const { return Slice{number + 1, count}.begin(size); }
 };
 
 /// The value of unused entries of the output.
@@ -88,6 +113,11 @@ inline __device__ Reference no_reference() { return Reference{empty_box(), LeafC
 
 /// Of a large range.
 inline constexpr std::uint32_t kBinWords = ObjectBins::kSize + SlabBins::kSize;
+
+/// @return whether ranges must be split at the median from here on, to limit the depth.
+inline __device__ bool is_deep(unsigned depth, std::uint32_t places) {
+  return depth + static_cast<unsigned>(std::bit_width(places)) >= kMaxDepth;
+}
 
 /// Everything that does not change during a build.
 struct TopDownTree {
@@ -131,9 +161,10 @@ struct TopDownTree {
   __device__ SlabBins slab_bins(std::uint32_t number) const {
     return SlabBins{bins + std::size_t{number} * kBinWords + ObjectBins::kSize};
   }
-  /// Whether a range lies so much deeper than in a balanced tree that it is halved by count.
+  /// Whether a range lies so deep, or so much deeper than in a balanced tree, that it is halved by count.
   __device__ bool is_late(const BlockRange& range) const {
-    return range.depth >= spare_levels + static_cast<unsigned>(std::bit_width((state->limit - 1) / range.size()));
+    return is_deep(range.depth, range.limit - range.begin) ||
+           range.depth >= spare_levels + static_cast<unsigned>(std::bit_width((state->limit - 1) / range.size()));
   }
   __device__ float least_overlap() const { return overlap * half_area(state->bounds.box.get()); }
 };
@@ -154,10 +185,5 @@ struct Halves {
     right_end = right_begin + right_count;
   }
 };
-
-/// @return whether ranges must be split at the median from here on, to limit the depth.
-inline __device__ bool is_deep(unsigned depth, std::uint32_t places) {
-  return depth + static_cast<unsigned>(std::bit_width(places)) >= kMaxDepth;
-}
 
 }  // namespace hiprt::build::kernels

@@ -39,7 +39,8 @@ template <bool kSpatialSplits> class WaveSweep {
   __device__ std::uint32_t build(const SmallRange& range, PendingRanges& pending) {
     load(range);
     bool may_put_off = !range.is(SmallRange::kNoSpatial);
-    const std::uint32_t array = range.depth_bits & SmallRange::kOther;
+    const std::uint32_t array = range.state & SmallRange::kOther;
+    crossing_ = range.crossing();
     std::uint32_t leaves = 0;
     for (;;) {
       leaves += write_leaves() ? 1 : 0;
@@ -62,6 +63,9 @@ template <bool kSpatialSplits> class WaveSweep {
   };
 
   __device__ unsigned size() const { return last_ - first_; }
+  __device__ unsigned slot_along(unsigned axis) const {
+    return axis == 0 ? order_[0] : axis == 1 ? order_[1] : order_[2];
+  }
 
   __device__ void load(const SmallRange& range) {
     const unsigned lane = group_.lane(), n = range.size();
@@ -79,6 +83,7 @@ template <bool kSpatialSplits> class WaveSweep {
     }
     group_.sync();
     unsigned rank[3] = {};
+#pragma unroll 1
     for (unsigned i = 0; i < n; ++i)
       for (unsigned k = 0; k < 3; ++k) {
         const float other = shared_.center[k][i];
@@ -119,10 +124,10 @@ template <bool kSpatialSplits> class WaveSweep {
     while (group_.any(size() > 1u << steps)) ++steps;
     LaneChoice best(SimdBox::kInfinity, 0);
     LaneSplit split{};
-#pragma unroll
+#pragma unroll 1
     for (unsigned axis = 0; axis < 3; ++axis) {
-      const unsigned before = group_.from(lane > 0 ? lane - 1 : 0, order_[axis]);
-      Box right = shared_.box(order_[axis]), left = lane > first_ ? shared_.box(before) : empty_box();
+      const unsigned slot = slot_along(axis), before = group_.from(lane > 0 ? lane - 1 : 0, slot);
+      Box right = shared_.box(slot), left = lane > first_ ? shared_.box(before) : empty_box();
       sum_up(group_, left, first_, steps);
       sum_down(group_, right, last_, steps);
       const bool splits = lane > first_ && size() > 1;
@@ -133,7 +138,11 @@ template <bool kSpatialSplits> class WaveSweep {
       const LaneChoice choice(splits ? cost : SimdBox::kInfinity, off << 7 | axis << 5 | lane);
       if (choice.cost < best.cost) {
         best = choice;
-        if (kSpatialSplits) split.overlaps = overlap_area(left, right) > least_overlap_;
+        if (kSpatialSplits) {
+          Box both = left;
+          grow_fast(both, right);
+          split.overlaps = halves_overlap(overlap_area(left, right), least_overlap_, half_area(both));
+        }
       }
       if (axis == 0) {
         split.box = left;
@@ -159,7 +168,7 @@ template <bool kSpatialSplits> class WaveSweep {
   }
 
   __device__ bool wants_cut(const LaneSplit& split) const {
-    return kSpatialSplits && size() > 1 && split.overlaps && limit_ - begin_ > size();
+    return kSpatialSplits && size() >= kLeastCutRange && split.overlaps && limit_ - begin_ > size();
   }
   /// Ranges whose halves overlap go back to memory.
   __device__ void put_off(const LaneSplit& split, std::uint32_t array, PendingRanges& pending) {
@@ -168,15 +177,15 @@ template <bool kSpatialSplits> class WaveSweep {
     const std::uint32_t firsts = group_.ballot(wants && lane == first_);
     if (firsts == 0) return;
     const std::uint32_t behind = firsts & ~((2u << lane) - 1);
-    const std::uint32_t next = group_.from(behind != 0 ? lowest(behind) : lane, begin_);
+    const std::uint32_t next = group_.from(behind != 0 ? lowest_bit(behind) : lane, begin_);
     if (wants) tree_.references[array != 0 ? 1 : 0][begin_ + lane - first_] = shared_.reference(order_[0]);
     if (wants && lane == first_)
-      pending.write({begin_, begin_ + size(), limit_, link_, depth_ | array | SmallRange::kTrySpatial, split.cost},
+      pending.write({begin_, begin_ + size(), limit_, link_,
+                     SmallRange::bits(depth_, array | SmallRange::kTrySpatial, crossing_), split.cost},
                     behind != 0 ? next : pending.first);
-    pending.first = group_.from(lowest(firsts), begin_);
+    pending.first = group_.from(lowest_bit(firsts), begin_);
     if (wants) retire();
   }
-  __device__ static unsigned lowest(std::uint32_t lanes) { return highest_bit(lanes & (~lanes + 1)); }
 
   /// Writes the nodes, and brings the references of each half together in all orders.
   __device__ void part(const LaneSplit& split) {
@@ -190,7 +199,7 @@ template <bool kSpatialSplits> class WaveSweep {
       tree_.set(link_, node);
     }
     const bool is_left = lane < middle;
-    const unsigned slot = split.axis == 0 ? order_[0] : split.axis == 1 ? order_[1] : order_[2];
+    const unsigned slot = slot_along(split.axis);
     if (splits) shared_.left[slot] = is_left ? 1 : 0;
     group_.sync();
     const std::uint32_t mine = (last_ < 32 ? (1u << last_) - 1 : ~0u) & ~((1u << (first_ & 31u)) - 1);
@@ -223,6 +232,7 @@ template <bool kSpatialSplits> class WaveSweep {
   unsigned first_, last_;  ///< Lanes of the range that this lane is in; none: it has nothing to do.
   std::uint32_t begin_, limit_, link_;
   unsigned depth_;
+  float crossing_;
 };
 
 }  // namespace hiprt::build::kernels

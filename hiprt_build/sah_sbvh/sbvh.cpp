@@ -184,9 +184,9 @@ class SbvhBuilder {
   /// @param left,right,cost of the split of references.
   std::optional<Halves> try_spatial_split(Range& range, const SimdBox& box, const SimdBox& left, const SimdBox& right,
                                           float cost) {
-    if (range.capacity() == 0) return std::nullopt;
+    if (range.capacity() == 0 || range.size() < kLeastCutRange) return std::nullopt;
     const SimdBox overlap{max4(left.min, right.min), min4(left.max, right.max)};
-    if (overlap.empty() || !(half_area(overlap) > least_overlap_)) return std::nullopt;
+    if (overlap.empty() || !halves_overlap(half_area(overlap), least_overlap_, half_area(box))) return std::nullopt;
     const SlabPlanes planes = SlabPlanes::over(box);
     const SpatialBins bins = bin_slabs(range, planes);
     SpatialSplit best = bins.best(planes, range.limit - range.begin);
