@@ -12,7 +12,7 @@ struct BlockPart {
   const Reference* from;  ///< The array.
   std::uint32_t begin, end;
 
-  /// visit(reference) for those that belong to this thread.
+  /// visit(reference) for this thread's.
   template <class Visit> __device__ void for_each(Visit&& visit) const {
     for (std::uint32_t i = begin + threadIdx.x; i < end; i += kTaskBlock) visit(load(from + i));
   }

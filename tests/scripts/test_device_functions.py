@@ -28,7 +28,8 @@ def faults_of(files: dict[str, str]) -> list[str]:
 
 
 def main() -> int:
-    files = {"host.h": "int a = std::countr_zero(b);\n", "both.h": "HIPRT_HD int f() {\n  return std::countr_zero(1u);\n}\n"}
+    files = {"host.h": "int a = std::countr_zero(b);\n",
+             "both.h": "HIPRT_HD int f() {\n  return std::countr_zero(1u);\n}\n"}
     if [fault.split(": ")[0] for fault in faults_of(files)] != ["both.h:2"]:
         sys.exit(f"test_device_functions.py does not see what it should: {faults_of(files)}")
     root = Path(sys.argv[1]).resolve()
