@@ -62,8 +62,7 @@ struct BlockSlabs {
       const std::uint32_t i = first + threadIdx.x;
       if (i < part.end) queue.add(bins(), planes, groups, load(part.from + i), i - part.begin, counts);
       __syncthreads();
-      // The next references may need three places each.
-      const bool waits = first + kTaskBlock < part.end && queue.count + 3 * kTaskBlock <= queue.kSize;
+      const bool waits = first + kTaskBlock < part.end && queue.count + queue.kMost * kTaskBlock <= queue.kSize;
       __syncthreads();
       if (waits) continue;
       queue.work(bins(), planes, groups, geometries, threadIdx.x,

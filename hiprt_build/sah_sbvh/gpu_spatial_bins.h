@@ -156,31 +156,47 @@ inline __device__ SlabSums sum_slabs(const WaveGroup& group, const SlabBins& bin
   return sums;
 }
 
-/// Adds the parts of a reference that planes between groups cut.
+/// Adds parts of a reference that planes between groups cut. @param span of some of its groups.
 inline __device__ void bin_cut(const SlabBins& bins, const SlabPlanes& planes, const SlabGroups& groups,
-                               const GeometryTable& geometries, const Reference& reference, unsigned axis) {
+                               const GeometryTable& geometries, const Reference& reference, unsigned axis,
+                               const SlabSpan& span) {
   LeafCorners corners = corners_of(geometries, reference);
   Box whole = reference.box;
-  const SlabSpan span = span_of(planes, whole, axis);
   rotate(whole, axis);
   rotate(corners, axis);
-  SlabPlanes::cut(planes.plane[axis], static_cast<int>(axis), groups, span, corners, reference.contents.is_pair(),
-                  to_simd(whole), 0, [&](int slab, const SimdBox& part) { add_part(bins, axis, slab, axis, part); });
+  SlabPlanes::parts(planes.plane[axis], static_cast<int>(axis), groups, span, corners, reference.contents.is_pair(),
+                    to_simd(whole), 0, [&](int slab, const SimdBox& part) { add_part(bins, axis, slab, axis, part); });
 }
 
 /// Adds references to the bins. Most are in one slab. The others take long: they wait in shared memory, so that
-/// neighbouring lanes have one each.
+/// neighbouring lanes have a few groups each.
 /// @tparam kThreads that call each function together.
 template <unsigned kThreads> struct SlabQueue {
-  static constexpr unsigned kSize = 5 * kThreads;  ///< References times axes; each thread may add three at a time.
+  static constexpr int kGroups = 4;                                ///< Most groups of an item.
+  static constexpr unsigned kMost = 3 * (kSpatialBins / kGroups);  ///< Items that a thread may add at a time.
+  static constexpr unsigned kSize = (kMost + 2) * kThreads;
+
+  /// Groups of a reference along an axis.
+  class Item {
+   public:
+    Item() = default;
+    __device__ Item(unsigned number, unsigned axis, const SlabSpan& span)
+        : bits_(number << 12 | axis << 8 | static_cast<unsigned>(span.begin) << 4 | static_cast<unsigned>(span.end)) {}
+    __device__ unsigned number() const { return bits_ >> 12; }
+    __device__ unsigned axis() const { return bits_ >> 8 & 15u; }
+    __device__ SlabSpan span() const { return {static_cast<int>(bits_ >> 4 & 15u), static_cast<int>(bits_ & 15u)}; }
+
+   private:
+    std::uint32_t bits_;
+  };
 
   std::uint32_t count;
-  std::uint16_t items[kSize];  ///< Number of the reference * 4 + axis.
+  Item items[kSize];
 
   /// By one thread. Follow it with a barrier.
   __device__ void clear() { count = 0; }
   /// A reference in one group of slabs is added; otherwise it waits.
-  /// @param number below 2^14. @param counts whether it is to be counted, too.
+  /// @param number below 2^20. @param counts whether it is to be counted, too.
   __device__ void add(const SlabBins& bins, const SlabPlanes& planes, const SlabGroups& groups,
                       const Reference& reference, unsigned number, bool counts) {
 #pragma unroll 1
@@ -188,10 +204,17 @@ template <unsigned kThreads> struct SlabQueue {
       const SlabSpan span = span_of(planes, reference.box, axis);
       if (counts) count_ends(bins, axis, span);
       const int along = static_cast<int>(axis);
-      if (groups.behind(along, span.begin) <= span.end)
-        items[fetch_add(&count, 1)] = static_cast<std::uint16_t>(number * 4 + axis);
-      else
+      if (groups.behind(along, span.begin) > span.end) {
         add_part(bins, axis, groups.first(along, span.begin), 0, to_simd(reference.box));
+        continue;
+      }
+      for (int slab = span.begin; slab <= span.end;) {
+        int next = slab;
+        for (int i = 0; i < kGroups && next <= span.end; ++i) next = groups.behind(along, next);
+        next = next <= span.end ? next : span.end + 1;
+        items[fetch_add(&count, 1)] = Item(number, axis, {slab, next - 1});
+        slab = next;
+      }
     }
   }
   /// The references that wait. @param get (number): the reference. Barriers belong before it and behind it.
@@ -199,7 +222,7 @@ template <unsigned kThreads> struct SlabQueue {
   __device__ void work(const SlabBins& bins, const SlabPlanes& planes, const SlabGroups& groups,
                        const GeometryTable& geometries, unsigned thread, Get&& get) const {
     for (unsigned i = thread; i < count; i += kThreads)
-      bin_cut(bins, planes, groups, geometries, get(items[i] / 4), items[i] % 4);
+      bin_cut(bins, planes, groups, geometries, get(items[i].number()), items[i].axis(), items[i].span());
   }
 };
 

@@ -32,7 +32,7 @@ struct TopDownOutput {
 
 /// Sizes of the work of blocks and waves. The tree depends on spare_levels and wave_range, not on task.
 struct TopDownTuning {
-  /// References that a block processes together; more than 0, at most 2^14. One block splits a range of up to so many.
+  /// References that a block processes together; more than 0, at most 2^20. One block splits a range of up to so many.
   std::uint32_t task = 2048;
   std::uint32_t wave_range = 512;  ///< One wave builds the subtree of a range of up to so many references; at least 32.
   /// How many levels deeper than in a balanced tree a larger range may lie, at most 32. Deeper ones are halved by

@@ -156,8 +156,15 @@ struct SlabPlanes {
   HIPRT_HD HIPRT_FORCE_INLINE static void cut(const float* row, int axis, const Groups& groups, const SlabSpan& span,
                                               const LeafCorners& corners, bool pair, const SimdBox& whole, int along,
                                               Visit&& visit) {
+    if (groups.behind(axis, span.begin) > span.end) return visit(groups.first(axis, span.begin), whole);
+    parts(row, axis, groups, span, corners, pair, whole, along, visit);
+  }
+  /// The same for a reference in several groups. @param span of the slabs of some of them.
+  template <class Groups, class Visit>
+  HIPRT_HD HIPRT_FORCE_INLINE static void parts(const float* row, int axis, const Groups& groups, const SlabSpan& span,
+                                                const LeafCorners& corners, bool pair, const SimdBox& whole, int along,
+                                                Visit&& visit) {
     int slab = span.begin, plane = slab;
-    if (groups.behind(axis, slab) > span.end) return visit(groups.first(axis, slab), whole);
     const TriangleEdges edges(corners, pair, along);
     SimdBox in_low;
     float low = 0.0f;

@@ -1,12 +1,20 @@
-// Slabs that are joined because no plane between them may be chosen: the chosen cut stays the same.
+// Parts of triangles between planes. Slabs that are joined because no plane between them may be chosen: the chosen cut
+// stays the same. Which ranges get spatial splits.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
+#include <hiprt_build/input/build_input.h>
+#include <hiprt_build/input/references.h>
 #include <hiprt_build/reinsert/reinsert_steps.h>
+#include <hiprt_build/sah_sbvh/sbvh.h>
 #include <hiprt_build/sah_sbvh/spatial_bins.h>
+#include <tests/build/machine.h>
 #include <tests/oracle/odd_meshes.h>
 
 #include <tests/catch.h>
+
+#include <algorithm>
+#include <map>
 
 using namespace hiprt;
 using namespace hiprt::build;
@@ -67,7 +75,115 @@ bool same(const SimdBox& a, const SimdBox& b) {
   return true;
 }
 
+/// The parts of a piece along an axis, by the first slabs of their groups.
+std::map<int, SimdBox> parts_of(const Piece& piece, const SlabPlanes& planes, int axis, const SlabGroups& groups) {
+  std::map<int, SimdBox> parts;
+  SlabPlanes::cut(planes.plane[axis], axis, groups, planes.span(axis, piece.box.min[axis], piece.box.max[axis]),
+                  piece.corners, piece.pair, piece.box, axis, [&](int slab, const SimdBox& part) {
+                    CHECK(parts.count(slab) == 0);
+                    parts[slab] = part;
+                  });
+  return parts;
+}
+
+SlabGroups random_groups(Random& random) {
+  SlabGroups groups = SlabGroups::single();
+  for (std::uint32_t& begins : groups.begins)
+    begins = ((random.below(1u << kSpatialBins) | random.below(1u << kSpatialBins)) & SlabGroups::kSingle) | 1u;
+  return groups;
+}
+
+/// @return leaves of a tree with spatial splits over long diagonal triangles beside each other.
+std::size_t leaves_of_diagonals(unsigned count) {
+  Mesh mesh;
+  for (unsigned i = 0; i < count; ++i) {
+    const float z = 1e-3f * static_cast<float>(i);
+    append(mesh, {0, 0, z}, {1, 1, z}, {1, 1, z + 2e-3f});
+  }
+  const TriangleMesh view = mesh.view();
+  const BuildInput input(SceneInput{{&view, 1}, {}});
+  const GeometryTable table = input.table();
+  Machine machine;
+  auto references = machine.engine.allocate<Reference>(count);
+  for (unsigned i = 0; i < count; ++i) {
+    const LeafPrimitives leaf{i, LeafContents::make(0, 0, 0)};
+    MakeReferenceStep{table, {&leaf, 1}, references.span().subspan(i, 1)}(0);
+  }
+  return build_sbvh(machine.engine, table, std::move(references), 8.0, 0.0f).references.size();
+}
+
 }  // namespace
+
+TEST_CASE("the parts of triangles hold all their points between the planes") {
+  Random random(kSeed);
+  CAPTURE(kSeed);
+  std::size_t points = 0, missing = 0;
+  for (unsigned i = 0; i < 200; ++i)
+    for (const Piece& piece : random_pieces(random)) {
+      SimdBox all = piece.box;
+      for (unsigned k = 0; k < 3; ++k) all.max[k] += 0.3f;
+      const SlabPlanes planes = SlabPlanes::over(all);
+      const SlabGroups groups = i % 2 != 0 ? random_groups(random) : SlabGroups::single();
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto parts = parts_of(piece, planes, axis, groups);
+        for (unsigned n = 0; n < 20; ++n) {
+          const double a = random.uniform(0, 1), b = random.uniform(0, 1 - a);
+          const unsigned third = piece.pair && n % 2 != 0 ? 3 : 0;
+          float point[3];
+          for (unsigned k = 0; k < 3; ++k)
+            point[k] = static_cast<float>(a * double{piece.corners.v[1].x[k]} + b * double{piece.corners.v[2].x[k]} +
+                                          (1 - a - b) * double{piece.corners.v[third].x[k]});
+          const float at = point[axis];
+          const SlabSpan span = planes.span(axis, piece.box.min[axis], piece.box.max[axis]);
+          const int slab = std::clamp(planes.span(axis, at, at).begin, span.begin, span.end);
+          const auto part = parts.find(groups.first(axis, slab));
+          ++points;
+          bool inside = part != parts.end();
+          for (int k = 0; k < 3 && inside; ++k)
+            inside = point[k] >= part->second.min[k] - 1e-5f && point[k] <= part->second.max[k] + 1e-5f;
+          missing += inside ? 0 : 1;
+        }
+      }
+    }
+  CHECK(points > 100000);
+  CHECK(missing == 0);
+}
+
+TEST_CASE("some groups of a reference have the parts that all of them have") {
+  Random random(kSeed);
+  CAPTURE(kSeed);
+  unsigned several = 0;
+  for (unsigned i = 0; i < 100; ++i)
+    for (const Piece& piece : random_pieces(random)) {
+      const SlabPlanes planes = SlabPlanes::over(piece.box);
+      const SlabGroups groups = random_groups(random);
+      for (int axis = 0; axis < 3; ++axis) {
+        const SlabSpan span = planes.span(axis, piece.box.min[axis], piece.box.max[axis]);
+        if (groups.behind(axis, span.begin) > span.end) continue;
+        ++several;
+        std::map<int, SimdBox> parts;
+        for (int slab = span.begin; slab <= span.end;) {
+          int next = slab;
+          for (unsigned k = 1 + random.below(4); k > 0 && next <= span.end; --k) next = groups.behind(axis, next);
+          SlabPlanes::parts(planes.plane[axis], axis, groups, {slab, std::min(next, span.end + 1) - 1}, piece.corners,
+                            piece.pair, piece.box, axis, [&](int group, const SimdBox& part) { parts[group] = part; });
+          slab = next;
+        }
+        const auto expected = parts_of(piece, planes, axis, groups);
+        REQUIRE(parts.size() == expected.size());
+        for (const auto& [group, part] : expected) CHECK(same(parts.at(group), part));
+      }
+    }
+  CHECK(several > 1000);
+}
+
+TEST_CASE("ranges get spatial splits where their halves overlap enough, and from three references on") {
+  CHECK(halves_overlap(0.11f, 0.0f, 1.0f));
+  CHECK_FALSE(halves_overlap(0.09f, 0.0f, 1.0f));
+  CHECK_FALSE(halves_overlap(0.5f, 0.5f, 1.0f));
+  CHECK(leaves_of_diagonals(2) == 2);
+  CHECK(leaves_of_diagonals(kLeastCutRange) > kLeastCutRange);
+}
 
 TEST_CASE("groups of slabs: the first slab of each, and the one behind") {
   Random random(kSeed);
