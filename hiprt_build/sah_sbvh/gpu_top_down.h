@@ -52,7 +52,7 @@ std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t capacity, cons
 
 /// Enqueues the launches of a build. Their number depends on the sizes only. The input is not changed and must not
 /// overlap the output. Two runs give the same bytes.
-/// @param asks between levels.
+/// @param asks between levels, and between slices of the ranges below them.
 Result<void> enqueue_top_down(const TopDownInput& input, const TopDownOutput& output, std::byte* scratch,
                               hipStream_t stream, const TopDownTuning& tuning, LongStep asks = {});
 
