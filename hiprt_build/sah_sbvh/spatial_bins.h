@@ -17,7 +17,7 @@ inline constexpr int kSpatialBins = 16;
 inline constexpr std::uint32_t kLeastCutRange = 3;
 
 /// Whether the halves of a range overlap so much that a spatial split is tried. Stich et al. compare with the scene
-/// alone (section 4.5). Overlaps of less than a tenth of the range are a third of the attempts, and gain nothing.
+/// alone (section 4.5). Cuts where less than a tenth of the range overlaps gain nothing.
 /// @param overlap half the area of what both halves have in common. @param least for the scene. @param area half the
 /// area of the range's box.
 HIPRT_HD HIPRT_FORCE_INLINE bool halves_overlap(float overlap, float least, float area) {
