@@ -58,7 +58,7 @@ nlohmann::json to_json(const Measured& m) {
     json.update({{"refit_ms", m.refit_ms},
                  {"steps_ms", m.steps_ms},
                  {"scene_ms", m.scene_ms},
-                 {"unasked_ms", m.unasked_ms},
+                 {"callback_gap_ms", m.callback_gap_ms},
                  {"steps_bytes", m.steps_bytes},
                  {"sah_cost", m.sah_cost},
                  {"pairs", m.report.pairs},

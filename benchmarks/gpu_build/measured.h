@@ -24,7 +24,7 @@ struct Measured {
   double sah_cost = 0, refit_ms = 0;
   double steps_ms = 0;            ///< Median time of the device for the same build by gpu::BuildSteps.
   double scene_ms = 0;            ///< Median time of the host for gpu::build_scene(), with its memory.
-  double unasked_ms = 0;          ///< Median of the longest time of the host between two questions of build_scene().
+  double callback_gap_ms = 0;     ///< Median of the longest time between two progress callbacks of build_scene().
   std::uint64_t steps_bytes = 0;  ///< The most that the steps hold at once.
   gpu::BuildReport report{};
   // Vulkan's only.

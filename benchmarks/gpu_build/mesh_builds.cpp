@@ -81,8 +81,9 @@ Result<double> build_in_steps(const gpu::DeviceGeometry& geometry, const gpu::Bu
   return sum;
 }
 
-/// Milliseconds of the host between two questions of build_scene(), the longest: a cancelled build ends within them.
-Result<double> longest_unasked(const gpu::DeviceGeometry& geometry, gpu::BuildOptions options, hipStream_t stream) {
+/// The longest time between two progress callbacks of build_scene(), in milliseconds. A cancelled build ends within it.
+Result<double> longest_callback_gap(const gpu::DeviceGeometry& geometry, gpu::BuildOptions options,
+                                    hipStream_t stream) {
   using Clock = std::chrono::steady_clock;
   Clock::time_point last = Clock::now();
   Clock::duration longest{0};
@@ -105,7 +106,7 @@ Result<double> longest_unasked(const gpu::DeviceGeometry& geometry, gpu::BuildOp
 Result<void> time_steps(const DeviceMesh& mesh, const gpu::BuildOptions& options, unsigned repeats, hipStream_t stream,
                         Measured& measured) {
   const gpu::DeviceGeometry geometry = mesh.geometry();
-  std::vector<double> device, host, unasked;
+  std::vector<double> device, host, gaps;
   for (unsigned i = 0; i < repeats + 3; ++i) {
     const auto milliseconds = build_in_steps(geometry, options, stream, measured.steps_bytes);
     if (!milliseconds) return tl::unexpected(milliseconds.error());
@@ -113,16 +114,16 @@ Result<void> time_steps(const DeviceMesh& mesh, const gpu::BuildOptions& options
     const auto scene = gpu::build_scene({&geometry, 1}, options, stream, device_memory());
     if (!scene) return tl::unexpected(scene.error());
     const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
-    const auto longest = longest_unasked(geometry, options, stream);
+    const auto longest = longest_callback_gap(geometry, options, stream);
     if (!longest) return tl::unexpected(longest.error());
     if (i < 3) continue;
     device.push_back(*milliseconds);
     host.push_back(took.count());
-    unasked.push_back(*longest);
+    gaps.push_back(*longest);
   }
   measured.steps_ms = median(device);
   measured.scene_ms = median(host);
-  measured.unasked_ms = median(unasked);
+  measured.callback_gap_ms = median(gaps);
   return {};
 }
 

@@ -23,7 +23,7 @@ class LongStep {
            std::uint64_t unasked = kUnaskedWork)
       : progress_(progress ? &progress : nullptr), name_(name), begin_(begin), end_(end), unasked_(unasked) {}
 
-  /// How many launches a kernel over so many references becomes, for a question behind each; 1 if nobody is asked.
+  /// The number of launches for so many references, with a progress callback after each. 1 if nobody is asked.
   std::uint32_t parts(std::uint64_t references) const {
     constexpr std::uint64_t kMost = 256;
     if (progress_ == nullptr) return 1;

@@ -43,7 +43,7 @@ static __global__ void begin_ranges(TopDownTree tree, std::uint32_t* counts, std
     *tree.leaves = 0;
   }
   if (sum != 0)
-    list_range(group, tree, 0, SmallRange{0, sum, limit, kInvalidId, SmallRange::bits(0, 0, 1.0f), 0.0f}, 1.0f);
+    list_range(group, tree, 0, SmallRange{0, sum, limit, kInvalidId, SmallRange::pack(0, 0, 1.0f), 0.0f}, 1.0f);
 }
 
 static __global__ void __launch_bounds__(kTaskBlock)

@@ -2,7 +2,8 @@
 /// References and boxes in the lanes of a group: loads, prefix sums of boxes, and the cheapest of the lanes' splits.
 /// Internal.
 ///
-/// Loops here and in the kernels that use it are not unrolled: unrolled, waves waited for instructions 3/4 of the time.
+/// Long loops here and in the kernels that include this header are not unrolled. The instruction caches hold only
+/// small kernels, and waves wait for instructions otherwise (decision 0013).
 
 #include <hiprt_build/exec/gpu_scan.h>
 #include <hiprt_build/input/leaf.h>

@@ -80,7 +80,7 @@ template <bool kSpatialSplits> class MediumBuilder {
       if (writes) shared_.objects[axis] = split;
     });
     __syncthreads();
-    if (threadIdx.x == 0) note_split<kSpatialSplits>(tree_, range, cheapest(shared_.objects));
+    if (threadIdx.x == 0) store_object_split<kSpatialSplits>(tree_, range, cheapest(shared_.objects));
     __syncthreads();
     if constexpr (kSpatialSplits)
       if (range.tries_spatial != 0) choose_spatial();
@@ -111,7 +111,7 @@ template <bool kSpatialSplits> class MediumBuilder {
     __syncthreads();
     if (threadIdx.x == 0) {
       const std::uint32_t(&crossing)[3] = shared_.crossing;
-      note_spatial_split(range, cheapest(shared_.cuts), max(crossing[0], max(crossing[1], crossing[2])));
+      store_spatial_split(range, cheapest(shared_.cuts), max(crossing[0], max(crossing[1], crossing[2])));
     }
     __syncthreads();
   }

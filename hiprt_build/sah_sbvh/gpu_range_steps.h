@@ -12,15 +12,15 @@ struct BlockPart {
   const Reference* from;  ///< The array.
   std::uint32_t begin, end;
 
-  /// visit(reference) for this thread's.
+  /// Calls visit(reference) for the references of this thread.
   template <class Visit> __device__ void for_each(Visit&& visit) const {
     for (std::uint32_t i = begin + threadIdx.x; i < end; i += kTaskBlock) visit(load(from + i));
   }
 };
 
-/// The split of references of a range, and whether to try a spatial one. By one thread.
+/// Stores the object split of a range, and whether to try a spatial split. By one thread.
 template <bool kSpatialSplits>
-__device__ void note_split(const TopDownTree& tree, BlockRange& range, const ObjectSplit& split) {
+__device__ void store_object_split(const TopDownTree& tree, BlockRange& range, const ObjectSplit& split) {
   const bool has_room = range.size() >= kLeastCutRange && range.limit - range.begin > range.size();
   range.split = split;
   range.kind = split.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
@@ -30,9 +30,9 @@ __device__ void note_split(const TopDownTree& tree, BlockRange& range, const Obj
                         halves_overlap(split.overlap, tree.least_overlap(), half_area(range.bounds.box.get()));
 }
 
-/// The best spatial split of a range, if it is cheaper. By one thread.
+/// Stores the best spatial split of a range, if it is cheaper than the object split. By one thread.
 /// @param crossing the most references that a plane cuts.
-inline __device__ void note_spatial_split(BlockRange& range, const SpatialSplitRecord& cut, std::uint32_t crossing) {
+inline __device__ void store_spatial_split(BlockRange& range, const SpatialSplitRecord& cut, std::uint32_t crossing) {
   range.crossing = crossing_share(crossing, range.size());
   if (!(cut.cost < range.split.cost)) return;
   range.spatial = cut;
@@ -142,7 +142,7 @@ struct RangeHalves {
   /// @param side 0: left.
   __device__ SmallRange half(const BlockRange& range, unsigned side) const {
     const std::uint32_t depth = range.depth + 1;
-    const std::uint32_t state = SmallRange::bits(depth, depth % 2 != 0 ? SmallRange::kOther : 0, range.crossing);
+    const std::uint32_t state = SmallRange::pack(depth, depth % 2 != 0 ? SmallRange::kOther : 0, range.crossing);
     if (side == 0) return {range.begin, halves.left_end, halves.right_begin, 2 * node(), state, 0.0f};
     return {halves.right_begin, halves.right_end, range.limit, 2 * node() + 1, state, 0.0f};
   }
@@ -156,7 +156,7 @@ struct RangeHalves {
   }
 };
 
-/// Moves the references of a task to their half in the other array, in their order.
+/// What one thread of BlockScatter does.
 struct Scatterer {
   const TopDownTree& tree;
   const BlockRange& range;

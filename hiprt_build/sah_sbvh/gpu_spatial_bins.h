@@ -176,8 +176,10 @@ template <unsigned kThreads> struct SlabQueue {
   static constexpr unsigned kMost = 3 * (kSpatialBins / kGroups);  ///< Items that a thread may add at a time.
   static constexpr unsigned kSize = (kMost + 2) * kThreads;
 
-  /// Groups of a reference along an axis.
+  /// Groups of a reference along an axis. A slab's number has 4 bits.
   class Item {
+    static_assert(kSpatialBins <= 16);
+
    public:
     Item() = default;
     __device__ Item(unsigned number, unsigned axis, const SlabSpan& span)

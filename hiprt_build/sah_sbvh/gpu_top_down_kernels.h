@@ -54,7 +54,7 @@ __global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, u
     const bool crowded = kSpatialSplits && range.is_crowded();
     const ObjectSplit split = best_object_split(group, tree.object_bins(number), range.bounds.box.get());
     group.sync();
-    if (group.lane() == 0) note_split<kSpatialSplits>(tree, range, split);
+    if (group.lane() == 0) store_object_split<kSpatialSplits>(tree, range, split);
     group.sync();
     if (!crowded || range.tries_spatial == 0) return;
     const SlabSums sums = sum_slabs(group, tree.slab_bins(number), range.size(), range.limit - range.begin);
@@ -90,7 +90,7 @@ static __global__ void __launch_bounds__(kGroupBlock) choose_spatial_splits(TopD
     const SpatialSplitRecord cut = best_spatial_split(group, bins, range.bounds.box.get(), places);
     const std::uint32_t crossing = sum_slabs(group, bins, range.size(), places).crossing;
     group.sync();
-    if (group.lane() == 0) note_spatial_split(range, cut, crossing);
+    if (group.lane() == 0) store_spatial_split(range, cut, crossing);
   });
 }
 

@@ -231,7 +231,7 @@ template <bool kSpatialSplits> class SmallBuilder {
       tree_.set(range.link, node);
     }
     const std::uint32_t bits =
-        SmallRange::bits(range.depth() + 1, range.is(SmallRange::kOther) ? 0 : SmallRange::kOther, rule.crossing);
+        SmallRange::pack(range.depth() + 1, range.is(SmallRange::kOther) ? 0 : SmallRange::kOther, rule.crossing);
     add({node, halves.right_end, range.limit, 2 * node + 1, bits, 0.0f}, leaves);
     add({range.begin, halves.left_end, node, 2 * node, bits, 0.0f}, leaves);
     return true;

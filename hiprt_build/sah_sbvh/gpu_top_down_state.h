@@ -19,6 +19,15 @@ static_assert(sizeof(RangeBox) == RangeBox::kWords * sizeof(std::uint32_t));
 
 enum class SplitKind : std::uint32_t { kMedian, kObject, kSpatial };
 
+/// @return BlockRange::crossing of a range. @param crossing the most references that a plane cuts.
+inline __device__ float crossing_share(std::uint32_t crossing, std::uint32_t size) {
+  return static_cast<float>(crossing) / static_cast<float>(size);
+}
+/// Whether planes may cut more references than there is room for. @param crossing as BlockRange::crossing.
+inline __device__ bool cuts_too_many(float crossing, std::uint32_t size, std::uint32_t room) {
+  return crossing * static_cast<float>(size) > static_cast<float>(room);
+}
+
 /// A range that blocks split: [begin, end). Spatial splits may extend it up to limit. A large range has several tasks,
 /// which blocks share. A medium range is the work of one block.
 struct BlockRange {
@@ -41,14 +50,8 @@ struct BlockRange {
   std::uint32_t child[2];     ///< Of a large range: for TopDownTree::range(); kInvalidId: a small range.
 
   __device__ std::uint32_t size() const { return end - begin; }
-  /// Whether planes may cut more references than there is room for.
-  __device__ bool is_crowded() const { return crossing * static_cast<float>(size()) > static_cast<float>(limit - end); }
+  __device__ bool is_crowded() const { return cuts_too_many(crossing, size(), limit - end); }
 };
-
-/// @return BlockRange::crossing.
-inline __device__ float crossing_share(std::uint32_t crossing, std::uint32_t size) {
-  return static_cast<float>(crossing) / static_cast<float>(size);
-}
 
 /// A part of a large range: references [begin, begin + task).
 struct LargeTask {
@@ -71,16 +74,13 @@ struct SmallRange {
   static constexpr std::uint32_t kNoSpatial = 0x20000000u;   ///< No spatial split is cheaper.
 
   /// @param crossing as BlockRange::crossing, 0 to 1; it is kept in steps of 1/255, rounded up.
-  __device__ static std::uint32_t bits(unsigned depth, std::uint32_t flags, float crossing) {
+  __device__ static std::uint32_t pack(unsigned depth, std::uint32_t flags, float crossing) {
     return flags | static_cast<std::uint32_t>(fminf(ceilf(crossing * 255.0f), 255.0f)) << 8 | depth;
   }
   __device__ std::uint32_t size() const { return end - begin; }
   __device__ unsigned depth() const { return state & 0xffu; }
   __device__ float crossing() const { return static_cast<float>(state >> 8 & 0xffu) / 255.0f; }
-  /// Whether planes may cut more references than there is room for.
-  __device__ bool is_crowded() const {
-    return crossing() * static_cast<float>(size()) > static_cast<float>(limit - end);
-  }
+  __device__ bool is_crowded() const { return cuts_too_many(crossing(), size(), limit - end); }
   __device__ bool is(std::uint32_t flag) const { return (state & flag) != 0; }
 };
 static_assert(kMaxDepth < 256);

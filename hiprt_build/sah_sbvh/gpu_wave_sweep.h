@@ -181,7 +181,7 @@ template <bool kSpatialSplits> class WaveSweep {
     if (wants) tree_.references[array != 0 ? 1 : 0][begin_ + lane - first_] = shared_.reference(order_[0]);
     if (wants && lane == first_)
       pending.write({begin_, begin_ + size(), limit_, link_,
-                     SmallRange::bits(depth_, array | SmallRange::kTrySpatial, crossing_), split.cost},
+                     SmallRange::pack(depth_, array | SmallRange::kTrySpatial, crossing_), split.cost},
                     behind != 0 ? next : pending.first);
     pending.first = group_.from(lowest_bit(firsts), begin_);
     if (wants) retire();
