@@ -45,7 +45,7 @@ Result<DepthFirstTree> build_tree(CpuEngine& engine, Builder builder, const Geom
   switch (builder) {
     case Builder::kHq:
     case Builder::kSbvh:
-      return build_sbvh(engine, geometries, std::move(references), split_budget, defaults_of(builder).least_overlap);
+      return build_sbvh(engine, geometries, std::move(references), split_budget, defaults_of(builder).splits);
     case Builder::kSah:
       return build_sah(engine, std::move(references));
     case Builder::kLbvh:

@@ -176,7 +176,7 @@ class Enqueuer {
     build::LinkedNode* const nodes = gapped ? job_.memory.gapped.nodes : tree_memory_.nodes;
     steps_.then([&] {
       return enqueue_top_down({geometries_, references(), plan_.references(), plan_.slots, plan_.split_budget,
-                               plan_.split_budget > 1.0, build::defaults_of(plan_.builder).least_overlap},
+                               plan_.split_budget > 1.0, build::defaults_of(plan_.builder).splits},
                               {leaves, nodes, &state_->root, &state_->counts.leaves}, scratch_.stage, steps_.stream(),
                               plan_.tuning(), LongStep(options_.progress, "split", 0.2, 0.5, plan_.unasked));
     });

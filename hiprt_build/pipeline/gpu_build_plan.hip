@@ -55,7 +55,8 @@ std::uint64_t stage_scratch(const BuildPlan& plan, bool split, bool rest) {
   const auto need = [&](std::uint64_t bytes) { most = std::max(most, bytes); };
   if (split) {
     if (plan.presplits()) need(presplit_scratch(plan.primitives, plan.pieces));
-    if (plan.from_top()) need(top_down_scratch(plan.references(), plan.slots, plan.tuning()));
+    if (plan.from_top())
+      need(top_down_scratch(plan.references(), plan.slots, plan.tuning(), defaults_of(plan.builder).splits));
   }
   if (!rest) return most;
   if (plan.gapped()) need(compact_tree_scratch(plan.slots));

@@ -80,7 +80,9 @@ template <bool kSpatialSplits> class MediumBuilder {
       if (writes) shared_.objects[axis] = split;
     });
     __syncthreads();
-    if (threadIdx.x == 0) store_object_split<kSpatialSplits>(tree_, range, cheapest(shared_.objects));
+    if (threadIdx.x == 0)
+      store_object_split<kSpatialSplits>(
+          tree_, range, cheapest(shared_.objects, [](const ObjectSplit& split) { return split.cost; }));
     __syncthreads();
     if constexpr (kSpatialSplits)
       if (range.tries_spatial != 0) choose_spatial();
@@ -91,7 +93,7 @@ template <bool kSpatialSplits> class MediumBuilder {
     BlockSlabs& slabs = shared_.slabs;
     const std::uint32_t places = range.limit - range.begin;
     const bool counts_first = range.is_crowded();
-    slabs.begin(range);
+    slabs.begin(tree_, range);
     if (counts_first) {
       part().for_each([&](const Reference& r) { count_ends(slabs.bins(), slabs.planes, r.box); });
       __syncthreads();
@@ -101,24 +103,27 @@ template <bool kSpatialSplits> class MediumBuilder {
       });
       __syncthreads();
     }
-    if (slabs.groups.has_planes()) slabs.add(tree_.geometries, part(), !counts_first);
+    if (slabs.groups.has_planes() || tree_.tries_whole()) slabs.add(tree_, part(), !counts_first);
     for_axes([&](const WaveGroup& group, unsigned axis, bool writes) {
       const AxisSums sums(group, slabs.bins(), axis, range.size(), places);
-      const auto cut = best_spatial_split(group, slabs.bins(), range.bounds.box.get(), places, axis, axis + 1);
+      const auto cut = best_spatial_split(group, slabs.bins(), slabs.whole(tree_), tree_.rules.whole_share,
+                                          range.bounds.box.get(), places, axis, axis + 1);
       if (writes) shared_.cuts[axis] = cut;
       if (writes) shared_.crossing[axis] = sums.crossing;
     });
     __syncthreads();
     if (threadIdx.x == 0) {
       const std::uint32_t(&crossing)[3] = shared_.crossing;
-      store_spatial_split(range, cheapest(shared_.cuts), max(crossing[0], max(crossing[1], crossing[2])));
+      const float share = tree_.rules.whole_share;
+      const auto cost = [share](const SpatialSplitRecord& cut) { return cut.compared(share); };
+      store_spatial_split(range, cheapest(shared_.cuts, cost), max(crossing[0], max(crossing[1], crossing[2])));
     }
     __syncthreads();
   }
-  /// Of the splits across each axis; the first of equals.
-  template <class Split> __device__ static const Split& cheapest(const Split (&splits)[3]) {
-    const Split& first_two = splits[1].cost < splits[0].cost ? splits[1] : splits[0];
-    return splits[2].cost < first_two.cost ? splits[2] : first_two;
+  /// Of the splits across each axis; the first of equals. @param cost of a split.
+  template <class Split, class Cost> __device__ static const Split& cheapest(const Split (&splits)[3], Cost&& cost) {
+    const Split& first_two = cost(splits[1]) < cost(splits[0]) ? splits[1] : splits[0];
+    return cost(splits[2]) < cost(first_two) ? splits[2] : first_two;
   }
 
   /// The range's node, and its halves: one becomes the range, one waits; small ones are listed.

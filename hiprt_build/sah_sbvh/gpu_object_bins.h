@@ -7,6 +7,14 @@
 
 namespace hiprt::build::kernels {
 
+/// A box as integers that order as its numbers do.
+inline __device__ void to_ordered(const Box& box, std::uint32_t (&low)[3], std::uint32_t (&high)[3]) {
+  for (unsigned k = 0; k < 3; ++k) {
+    low[k] = to_ordered(box.min[k]);
+    high[k] = to_ordered(box.max[k]);
+  }
+}
+
 /// Words of a box of ordered integers, lows first, and of counts behind it: [axis][word][bin].
 template <unsigned kBinCount, unsigned kCountWords> struct BinWords {
   static constexpr unsigned kBins = kBinCount, kWords = 6 + kCountWords, kSize = 3 * kWords * kBins;
@@ -44,12 +52,14 @@ template <unsigned kBinCount, unsigned kCountWords> struct BinWords {
         grow_word(words + i, value, word_of(i) < 3);
     }
   }
-  __device__ Box box(unsigned axis, unsigned bin) const {
+  __device__ Box box(unsigned axis, unsigned bin) const { return box_of(at(axis, 0, 0), bin); }
+  /// @param row at(axis, 0, 0)
+  __device__ static Box box_of(const std::uint32_t* row, unsigned bin) {
     Box result = empty_box();
-    if (*at(axis, 0, bin) == 0xffffffffu) return result;
+    if (row[bin] == 0xffffffffu) return result;
     for (unsigned k = 0; k < 3; ++k) {
-      result.min[k] = from_ordered(*at(axis, k, bin));
-      result.max[k] = from_ordered(*at(axis, 3 + k, bin));
+      result.min[k] = from_ordered(row[k * kBins + bin]);
+      result.max[k] = from_ordered(row[(3 + k) * kBins + bin]);
     }
     return result;
   }
@@ -74,10 +84,7 @@ inline __device__ BinMapping lane_mapping(const Box& centers) {
 inline __device__ void bin_object(const ObjectBins& bins, const BinMapping& mapping, const Box& box) {
   const std::array<int, 3> bin = mapping(to_simd(box));
   std::uint32_t low[3], high[3];
-  for (unsigned k = 0; k < 3; ++k) {
-    low[k] = to_ordered(box.min[k]);
-    high[k] = to_ordered(box.max[k]);
-  }
+  to_ordered(box, low, high);
 #pragma unroll
   for (unsigned axis = 0; axis < 3; ++axis) {
     bins.add(axis, static_cast<unsigned>(bin[axis]), 0, low, high);

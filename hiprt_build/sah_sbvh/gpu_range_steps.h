@@ -41,14 +41,16 @@ inline __device__ void store_spatial_split(BlockRange& range, const SpatialSplit
 
 /// A block's bins of the parts of references. All threads call each function.
 struct BlockSlabs {
-  std::uint32_t words[SlabBins::kSize];
+  std::uint32_t words[SlabBins::kSize], whole_words[WholeSlabs::kSize];
   SlabPlanes planes;
   SlabGroups groups;
   SlabQueue<kTaskBlock> queue;
 
   __device__ SlabBins bins() { return SlabBins{words}; }
-  __device__ void begin(const BlockRange& range) {
+  __device__ WholeSlabs whole(const TopDownTree& tree) { return tree.whole_slabs(whole_words); }
+  __device__ void begin(const TopDownTree& tree, const BlockRange& range) {
     bins().clear(threadIdx.x, kTaskBlock);
+    whole(tree).clear(threadIdx.x, kTaskBlock);
     fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
     if (threadIdx.x == 0) {
       queue.clear();
@@ -57,15 +59,15 @@ struct BlockSlabs {
     __syncthreads();
   }
   /// @param counts whether references are counted, too.
-  __device__ void add(const GeometryTable& geometries, const BlockPart& part, bool counts) {
+  __device__ void add(const TopDownTree& tree, const BlockPart& part, bool counts) {
     for (std::uint32_t first = part.begin; first < part.end; first += kTaskBlock) {
       const std::uint32_t i = first + threadIdx.x;
-      if (i < part.end) queue.add(bins(), planes, groups, load(part.from + i), i - part.begin, counts);
+      if (i < part.end) queue.add(bins(), whole(tree), planes, groups, load(part.from + i), i - part.begin, counts);
       __syncthreads();
       const bool waits = first + kTaskBlock < part.end && queue.count + queue.kMost * kTaskBlock <= queue.kSize;
       __syncthreads();
       if (waits) continue;
-      queue.work(bins(), planes, groups, geometries, threadIdx.x,
+      queue.work(bins(), planes, groups, tree.geometries, threadIdx.x,
                  [&](unsigned number) { return load(part.from + part.begin + number); });
       __syncthreads();
       if (threadIdx.x == 0) queue.clear();

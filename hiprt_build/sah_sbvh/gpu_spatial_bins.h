@@ -9,13 +9,48 @@ namespace hiprt::build::kernels {
 /// Counts of a slab: references that begin there, and references that end there.
 using SlabBins = BinWords<kSpatialBins, 2>;
 
+/// Boxes of whole references, in the slab where they begin and in that where they end: for splits that cut nothing.
+struct WholeSlabs {
+  using Boxes = BinWords<kSpatialBins, 0>;
+  static constexpr unsigned kSize = 2 * Boxes::kSize;
+
+  std::uint32_t* words;
+  bool used;  ///< If not, the functions do nothing, and there is no memory.
+
+  __device__ Boxes boxes(bool ends) const { return Boxes{words + (ends ? Boxes::kSize : 0)}; }
+  /// Part @p thread of @p threads.
+  __device__ void clear(unsigned thread, unsigned threads) const {
+    if (!used) return;
+    boxes(false).clear(thread, threads);
+    boxes(true).clear(thread, threads);
+  }
+  __device__ void add(unsigned axis, const SlabSpan& span, const Box& whole) const {
+    if (!used) return;
+    std::uint32_t low[3], high[3];
+    to_ordered(whole, low, high);
+#pragma unroll 1
+    for (unsigned ends = 0; ends < 2; ++ends)
+      boxes(ends != 0).add(axis, static_cast<unsigned>(ends != 0 ? span.end : span.begin), 0, low, high);
+  }
+  /// Adds all of another's, part @p thread of @p threads.
+  __device__ void add(const WholeSlabs& other, unsigned thread, unsigned threads) const {
+    if (!used) return;
+    boxes(false).add(other.boxes(false), thread, threads);
+    boxes(true).add(other.boxes(true), thread, threads);
+  }
+};
+
 /// SpatialSplit in the layout of device memory.
 struct SpatialSplitRecord {
   float cost;
   std::uint32_t axis;
   float plane;
+  SplitSide crossing;
   Box left, right;
   std::uint32_t left_count, right_count;
+
+  /// The cost by which splits are compared with each other. @param share as SplitRules::whole_share.
+  __device__ float compared(float share) const { return crossing == SplitSide::kBoth ? cost : cost / share; }
 };
 
 inline constexpr unsigned kLeftSide = 1, kRightSide = 2;
@@ -23,14 +58,15 @@ inline constexpr unsigned kLeftSide = 1, kRightSide = 2;
 /// @return the sides that get a reference or a part of it. The decision uses the counts and boxes of the chosen split.
 /// On the host each reference that stays whole changes them for the next reference; on the GPU there is no such order.
 inline __device__ unsigned spatial_sides(const SpatialSplitRecord& cut, const Box& box) {
-  if (pick(box.max, cut.axis) <= cut.plane) return kLeftSide;
-  if (pick(box.min, cut.axis) >= cut.plane) return kRightSide;
-  SpatialSplit split;
-  split.left = to_simd(cut.left);
-  split.right = to_simd(cut.right);
-  split.left_count = cut.left_count;
-  split.right_count = cut.right_count;
-  const SplitSide side = cheapest_side(split, to_simd(box));
+  SplitSide side = side_of(cut.crossing, cut.plane, pick(box.min, cut.axis), pick(box.max, cut.axis));
+  if (side == SplitSide::kBoth) {
+    SpatialSplit split;
+    split.left = to_simd(cut.left);
+    split.right = to_simd(cut.right);
+    split.left_count = cut.left_count;
+    split.right_count = cut.right_count;
+    side = cheapest_side(split, to_simd(box));
+  }
   return side == SplitSide::kLeft ? kLeftSide : side == SplitSide::kRight ? kRightSide : kLeftSide | kRightSide;
 }
 
@@ -102,10 +138,7 @@ inline __device__ SlabSpan span_of(const SlabPlanes& planes, const Box& box, uns
 /// Adds a box to a slab. Axis k of the box is axis (k + rotation) % 3.
 inline __device__ void add_part(const SlabBins& bins, unsigned axis, int slab, unsigned rotation, const SimdBox& part) {
   std::uint32_t low[3], high[3];
-  for (int k = 0; k < 3; ++k) {
-    low[k] = to_ordered(part.min[k]);
-    high[k] = to_ordered(part.max[k]);
-  }
+  to_ordered(to_box(part), low, high);
   bins.add(axis, static_cast<unsigned>(slab), rotation, low, high);
 }
 /// Counts a reference where it begins and where it ends. @tparam Counts SlabBins or SlabCounts.
@@ -199,12 +232,13 @@ template <unsigned kThreads> struct SlabQueue {
   __device__ void clear() { count = 0; }
   /// A reference in one group of slabs is added; otherwise it waits.
   /// @param number below 2^20. @param counts whether it is to be counted, too.
-  __device__ void add(const SlabBins& bins, const SlabPlanes& planes, const SlabGroups& groups,
+  __device__ void add(const SlabBins& bins, const WholeSlabs& whole, const SlabPlanes& planes, const SlabGroups& groups,
                       const Reference& reference, unsigned number, bool counts) {
 #pragma unroll 1
     for (unsigned axis = 0; axis < 3; ++axis) {
       const SlabSpan span = span_of(planes, reference.box, axis);
       if (counts) count_ends(bins, axis, span);
+      whole.add(axis, span, reference.box);
       const int along = static_cast<int>(axis);
       if (groups.behind(along, span.begin) > span.end) {
         add_part(bins, axis, groups.first(along, span.begin), 0, to_simd(reference.box));
@@ -228,40 +262,46 @@ template <unsigned kThreads> struct SlabQueue {
   }
 };
 
-/// As SpatialBins::best(), across axes [first, last): lane i evaluates the split before slab i. @return infinite cost
-/// if there is no split; the same result in all lanes.
-inline __device__ SpatialSplitRecord best_spatial_split(const WaveGroup& group, const SlabBins& bins, const Box& all,
+/// As SpatialBins::best() and WholeBins::best(), across axes [first, last): lane i evaluates the split before slab i.
+/// @param share as SplitRules::whole_share. @return infinite cost if there is no split; the same result in all lanes.
+inline __device__ SpatialSplitRecord best_spatial_split(const WaveGroup& group, const SlabBins& bins,
+                                                        const WholeSlabs& whole, float share, const Box& all,
                                                         std::uint32_t most, unsigned first = 0, unsigned last = 3) {
-  const unsigned lane = group.lane();
+  const unsigned lane = group.lane(), kinds = whole.used ? 3 : 1;
   LaneChoice best(SimdBox::kInfinity, 0);
   SpatialSplitRecord cut{};
 #pragma unroll 1
-  for (unsigned axis = first; axis < last; ++axis) {
-    const bool mine = lane < kSpatialBins;
-    Box right = mine ? bins.box(axis, lane) : empty_box();
-    Box left = mine && lane > 0 ? bins.box(axis, lane - 1) : empty_box();
-    const std::uint32_t begins = mine ? *bins.at(axis, 6, lane) : 0, ends = mine ? *bins.at(axis, 7, lane) : 0;
-    const std::uint32_t left_count = sum_up(group, begins) - begins;
-    const std::uint32_t right_count = sum_down(group, ends, kSpatialBins);
+  for (unsigned i = first * kinds; i < last * kinds; ++i) {
+    const unsigned axis = i / kinds, kind = i % kinds;
+    const auto crossing = static_cast<SplitSide>(kind);
+    const bool mine = lane < kSpatialBins, by_end = crossing == SplitSide::kRight;
+    const std::uint32_t* row = kind == 0 ? bins.at(axis, 0, 0) : whole.boxes(by_end).at(axis, 0, 0);
+    Box right = mine ? SlabBins::box_of(row, lane) : empty_box();
+    Box left = mine && lane > 0 ? SlabBins::box_of(row, lane - 1) : empty_box();
+    const std::uint32_t low = mine ? *bins.at(axis, by_end ? 7 : 6, lane) : 0;
+    const std::uint32_t high = mine ? *bins.at(axis, crossing == SplitSide::kLeft ? 6 : 7, lane) : 0;
+    const std::uint32_t left_count = sum_up(group, low) - low, right_count = sum_down(group, high, kSpatialBins);
     sum_up(group, left, 0, 4);
     sum_down(group, right, kSpatialBins, 4);
     const float cost = side_cost(left, left_count) + side_cost(right, right_count);
     const bool fits = mine && left_count != 0 && right_count != 0 && left_count + right_count <= most;
-    const LaneChoice choice(fits ? cost : SimdBox::kInfinity, axis << 5 | lane);
+    const SpatialSplitRecord split{cost, axis, 0.0f, crossing, left, right, left_count, right_count};
+    const LaneChoice choice(fits ? split.compared(share) : SimdBox::kInfinity, i << 5 | lane);
     if (choice.cost >= best.cost) continue;
     best = choice;
-    cut = {cost, axis, 0.0f, left, right, left_count, right_count};
+    cut = split;
   }
   best = best_of_lanes(group, best);
-  const unsigned from = best.tie & 31u, axis = best.tie >> 5;
-  SpatialSplitRecord result{best.value(),
-                            axis,
-                            SlabPlanes::at(pick(all.min, axis), pick(all.max, axis), static_cast<int>(from)),
-                            from_lane(group, from, cut.left),
-                            from_lane(group, from, cut.right),
-                            group.from(from, cut.left_count),
-                            group.from(from, cut.right_count)};
-  return result;
+  const unsigned from = best.tie & 31u, axis = (best.tie >> 5) / kinds;
+  const float cost = from_lane(group, from, cut.cost);
+  return {best.exists() ? cost : SimdBox::kInfinity,
+          axis,
+          SlabPlanes::at(pick(all.min, axis), pick(all.max, axis), static_cast<int>(from)),
+          static_cast<SplitSide>((best.tie >> 5) % kinds),
+          from_lane(group, from, cut.left),
+          from_lane(group, from, cut.right),
+          group.from(from, cut.left_count),
+          group.from(from, cut.right_count)};
 }
 
 /// SlabPlanes::over() by @p threads threads together.

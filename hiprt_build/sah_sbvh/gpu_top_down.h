@@ -3,6 +3,7 @@
 /// Internal.
 
 #include <hiprt_build/exec/gpu_long_step.h>
+#include <hiprt_build/input/builder_defaults.h>
 #include <hiprt_build/input/geometry.h>
 #include <hiprt_build/tree/binary_tree.h>
 
@@ -20,7 +21,7 @@ struct TopDownInput {
   std::uint32_t capacity;  ///< Entries of the output, at least input.
   double budget;        ///< At least 1. Splits make at most floor(budget * references) references, within the capacity.
   bool spatial_splits;  ///< False for custom primitives, which stay whole.
-  float least_overlap;  ///< As build::BuilderDefaults::least_overlap.
+  build::SplitRules splits;
 };
 
 struct TopDownOutput {
@@ -48,7 +49,8 @@ struct TopDownTuning {
 };
 
 /// Bytes of scratch memory, to be aligned to kDeviceAlignment.
-std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning);
+std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning,
+                               const build::SplitRules& splits);
 
 /// Enqueues the launches of a build. Their number depends on the sizes only. The input is not changed and must not
 /// overlap the output. Two runs give the same bytes.

@@ -55,7 +55,7 @@ struct Memory {
   std::uint32_t* piece_counts;
   std::uint64_t size;
 
-  Memory(std::byte* scratch, const Limits& limits, std::uint32_t capacity) {
+  Memory(std::byte* scratch, const Limits& limits, std::uint32_t capacity, const build::SplitRules& rules) {
     Arena arena(scratch);
     tree.references[0] = arena.take<Reference>(capacity);
     tree.state = arena.take<TopDownState>(1);
@@ -65,7 +65,7 @@ struct Memory {
       tree.tasks[i] = arena.take<LargeTask>(limits.tasks);
     }
     tree.counts = arena.take<TaskCounts>(limits.tasks);
-    tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.large_ranges} * kBinWords);
+    tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.large_ranges} * bin_words(rules.whole_share != 0.0f));
     tree.medium_ranges = arena.take<BlockRange>(limits.medium_ranges);
     tree.small_ranges = arena.take<SmallRange>(limits.small_ranges);
     tree.most_shared = std::min(SharedRanges::kMost, limits.small_ranges);
@@ -81,7 +81,7 @@ class Enqueuer {
            const TopDownTuning& tuning)
       : input_(input),
         limits_(input.input, input.capacity, tuning),
-        memory_(scratch, limits_, input.capacity),
+        memory_(scratch, limits_, input.capacity, input.splits),
         tree_(memory_.tree),
         steps_(stream),
         spatial_(input.spatial_splits && input.budget > 1.0) {
@@ -94,7 +94,7 @@ class Enqueuer {
     tree_.task = tuning.task;
     tree_.wave_range = tuning.wave_range;
     tree_.spare_levels = limits_.spare_levels;
-    tree_.overlap = input.least_overlap;
+    tree_.rules = input.splits;
   }
 
   Result<void> run(LongStep asks) {
@@ -184,8 +184,9 @@ class Enqueuer {
 
 }  // namespace
 
-std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning) {
-  return Memory(nullptr, Limits(input, capacity, tuning), capacity).size;
+std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning,
+                               const build::SplitRules& splits) {
+  return Memory(nullptr, Limits(input, capacity, tuning), capacity, splits).size;
 }
 
 Result<void> enqueue_top_down(const TopDownInput& input, const TopDownOutput& output, std::byte* scratch,

@@ -10,7 +10,7 @@ struct SmallShared {
   union {
     std::uint32_t object_words[ObjectBins::kSize];
     struct {
-      std::uint32_t words[SlabBins::kSize];
+      std::uint32_t words[SlabBins::kSize], whole_words[WholeSlabs::kSize];
       SlabPlanes planes;
       SlabGroups groups;
       SlabQueue<WaveGroup::kLanes> queue;
@@ -90,6 +90,8 @@ template <bool kSpatialSplits> class SmallBuilder {
     rule.kind = rule.objects.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
   }
 
+  __device__ WholeSlabs whole() const { return tree_.whole_slabs(shared_.slabs.whole_words); }
+
   /// @param counts whether references are counted, too.
   __device__ void bin_parts(const SmallRange& range, bool counts) const {
     const SlabGroups& groups = shared_.slabs.groups;
@@ -99,7 +101,7 @@ template <bool kSpatialSplits> class SmallBuilder {
     const Reference* references = from(range) + range.begin;
     for (std::uint32_t first = 0; first < range.size(); first += WaveGroup::kLanes) {
       const std::uint32_t i = first + group_.lane();
-      if (i < range.size()) queue.add(bins, planes, groups, load(references + i), i, counts);
+      if (i < range.size()) queue.add(bins, whole(), planes, groups, load(references + i), i, counts);
       group_.sync();
       queue.work(bins, planes, groups, tree_.geometries, group_.lane(),
                  [&](unsigned number) { return load(references + number); });
@@ -114,6 +116,7 @@ template <bool kSpatialSplits> class SmallBuilder {
     const SlabBins bins{shared_.slabs.words};
     group_.sync();
     bins.clear(group_.lane(), WaveGroup::kLanes);
+    whole().clear(group_.lane(), WaveGroup::kLanes);
     SlabPlanes& planes = shared_.slabs.planes;
     fill_planes(planes, rule.box, group_.lane(), WaveGroup::kLanes);
     SlabGroups& groups = shared_.slabs.groups;
@@ -129,12 +132,12 @@ template <bool kSpatialSplits> class SmallBuilder {
       group_.sync();
       const SlabSums sums = sum_slabs(group_, bins, range.size(), places);
       rule.crossing = crossing_share(sums.crossing, range.size());
-      if (!sums.groups.has_planes()) return;
+      if (!sums.groups.has_planes() && !tree_.tries_whole()) return;
       if (group_.lane() == 0) groups = sums.groups;
       group_.sync();
     }
     bin_parts(range, !counts_first);
-    rule.spatial = best_spatial_split(group_, bins, rule.box, places);
+    rule.spatial = best_spatial_split(group_, bins, whole(), tree_.rules.whole_share, rule.box, places);
     rule.crossing = crossing_share(sum_slabs(group_, bins, range.size(), places).crossing, range.size());
     if (rule.spatial.cost < rule.objects.cost) rule.kind = SplitKind::kSpatial;
   }

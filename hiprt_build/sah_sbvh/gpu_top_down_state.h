@@ -112,7 +112,10 @@ struct Slice {
 inline __device__ Reference no_reference() { return Reference{empty_box(), LeafContents::none(), kInvalidId}; }
 
 /// Of a large range.
-inline constexpr std::uint32_t kBinWords = ObjectBins::kSize + SlabBins::kSize;
+/// @param whole whether splits that cut nothing are tried.
+constexpr std::uint32_t bin_words(bool whole) {
+  return ObjectBins::kSize + SlabBins::kSize + (whole ? WholeSlabs::kSize : 0);
+}
 
 /// @return whether ranges must be split at the median from here on, to limit the depth.
 inline __device__ bool is_deep(unsigned depth, std::uint32_t places) {
@@ -130,13 +133,13 @@ struct TopDownTree {
   BlockRange* ranges[2];  ///< Large ones, by the parity of their level.
   LargeTask* tasks[2];
   TaskCounts* counts;
-  std::uint32_t* bins;  ///< ObjectBins and SlabBins of the large ranges of a level.
+  std::uint32_t* bins;  ///< ObjectBins, SlabBins and WholeSlabs of the large ranges of a level: bin_words() for each.
   BlockRange* medium_ranges;
   SmallRange* small_ranges;
   std::uint32_t* shared_ranges;  ///< [most_shared] Of SharedRanges.
   std::uint32_t most_shared;
   std::uint32_t capacity, task, wave_range, spare_levels;
-  float overlap;  ///< As BuilderDefaults::least_overlap.
+  SplitRules rules;
 
   static constexpr std::uint32_t kMedium = 0x80000000u;  ///< In numbers of ranges.
 
@@ -156,17 +159,23 @@ struct TopDownTree {
   }
   /// @param number of a large range.
   __device__ ObjectBins object_bins(std::uint32_t number) const {
-    return ObjectBins{bins + std::size_t{number} * kBinWords};
+    return ObjectBins{bins + std::size_t{number} * bin_words(tries_whole())};
   }
   __device__ SlabBins slab_bins(std::uint32_t number) const {
-    return SlabBins{bins + std::size_t{number} * kBinWords + ObjectBins::kSize};
+    return SlabBins{object_bins(number).words + ObjectBins::kSize};
   }
+  __device__ WholeSlabs whole_slabs(std::uint32_t number) const {
+    return whole_slabs(slab_bins(number).words + SlabBins::kSize);
+  }
+  /// @param words WholeSlabs::kSize of them.
+  __device__ WholeSlabs whole_slabs(std::uint32_t* words) const { return WholeSlabs{words, tries_whole()}; }
+  __device__ bool tries_whole() const { return rules.whole_share != 0.0f; }
   /// Whether a range lies so deep, or so much deeper than in a balanced tree, that it is halved by count.
   __device__ bool is_late(const BlockRange& range) const {
     return is_deep(range.depth, range.limit - range.begin) ||
            range.depth >= spare_levels + static_cast<unsigned>(std::bit_width((state->limit - 1) / range.size()));
   }
-  __device__ float least_overlap() const { return overlap * half_area(state->bounds.box.get()); }
+  __device__ float least_overlap() const { return rules.least_overlap * half_area(state->bounds.box.get()); }
 };
 
 /// The halves of a range. The left half keeps its part of the free capacity; the right half begins behind it.

@@ -33,18 +33,20 @@ struct Halves {
 class SbvhBuilder {
  public:
   SbvhBuilder(CpuEngine& engine, const GeometryTable& geometries, std::span<Reference> references,
-              std::span<Reference> spare, std::span<LinkedNode> nodes, std::span<std::uint32_t> counts)
+              std::span<Reference> spare, std::span<LinkedNode> nodes, std::span<std::uint32_t> counts,
+              const SplitRules& rules)
       : engine_(engine),
         geometries_(geometries),
         references_(references),
         spare_(spare),
         nodes_(nodes),
-        counts_(counts) {}
+        counts_(counts),
+        rules_(rules) {}
 
-  LinkedRef build(std::size_t count, float least_overlap) {
+  LinkedRef build(std::size_t count) {
     const Range all{0, count, references_.size()};
     const RangeBounds bounds = bounds_of(all);
-    least_overlap_ = least_overlap * half_area(bounds.box);
+    least_overlap_ = rules_.least_overlap * half_area(bounds.box);
     return build(all, bounds, 0);
   }
 
@@ -140,10 +142,10 @@ class SbvhBuilder {
   }
 
   /// Calls add(bins, reference, its slabs) for a range. @return their sum.
-  template <class Add> SpatialBins sum_slabs(const Range& range, const SlabPlanes& planes, const Add& add) {
+  template <class Bins, class Add> Bins sum_slabs(const Range& range, const SlabPlanes& planes, const Add& add) {
     return reduce_references(
-        engine_, span_of(range), SpatialBins{},
-        [&](std::span<const Reference> part, SpatialBins so_far) {
+        engine_, span_of(range), Bins{},
+        [&](std::span<const Reference> part, Bins so_far) {
           std::size_t added = 0;
           for (const Reference& r : part) {
             if (++added % kSlabChunk == 0) engine_.monitor().check();
@@ -153,34 +155,35 @@ class SbvhBuilder {
           }
           return so_far;
         },
-        [](SpatialBins a, const SpatialBins& b) {
+        [](Bins a, const Bins& b) {
           a.add(b);
           return a;
         });
   }
 
-  SpatialBins bin_slabs(Range& range, const SlabPlanes& planes) {
+  /// @tparam Bins SpatialBins or WholeBins.
+  template <class Bins> Bins bin_slabs(Range& range, const SlabPlanes& planes) {
     const auto add = [&](SpatialBins& bins, const Reference& r, const SlabSpan(&spans)[3], const auto& groups) {
       bins.add(leaf_corners(geometries_, r), r.contents.is_pair(), simd_box(r), planes, spans, groups);
     };
     const auto size = static_cast<double>(range.size());
     const bool has_room = range.crossing * size <= static_cast<double>(range.capacity());
     // Where planes cut more references than there is room for, counts come first.
-    SpatialBins bins = sum_slabs(range, planes, [&](SpatialBins& all, const Reference& r, const SlabSpan(&spans)[3]) {
-      all.count(spans);
+    Bins bins = sum_slabs<Bins>(range, planes, [&](Bins& all, const Reference& r, const SlabSpan(&spans)[3]) {
+      all.count(simd_box(r), spans);
       if (has_room) add(all, r, spans, SingleSlabs{});
     });
     range.crossing = static_cast<double>(bins.crossing()) / size;
     if (has_room) return bins;
     const SlabGroups groups = bins.groups(range.limit - range.begin);
     if (groups.has_planes())
-      bins.add(sum_slabs(range, planes, [&](SpatialBins& parts, const Reference& r, const SlabSpan(&spans)[3]) {
-        add(parts, r, spans, groups);
-      }));
+      bins.SpatialBins::add(sum_slabs<SpatialBins>(
+          range, planes,
+          [&](SpatialBins& parts, const Reference& r, const SlabSpan(&spans)[3]) { add(parts, r, spans, groups); }));
     return bins;
   }
 
-  /// Cuts space if the halves of the best split of references overlap, and that is cheaper.
+  /// Splits by a plane if the halves of the best split of references overlap, and that is cheaper.
   /// @param left,right,cost of the split of references.
   std::optional<Halves> try_spatial_split(Range& range, const SimdBox& box, const SimdBox& left, const SimdBox& right,
                                           float cost) {
@@ -188,8 +191,10 @@ class SbvhBuilder {
     const SimdBox overlap{max4(left.min, right.min), min4(left.max, right.max)};
     if (overlap.empty() || !halves_overlap(half_area(overlap), least_overlap_, half_area(box))) return std::nullopt;
     const SlabPlanes planes = SlabPlanes::over(box);
-    const SpatialBins bins = bin_slabs(range, planes);
-    SpatialSplit best = bins.best(planes, range.limit - range.begin);
+    const std::size_t most = range.limit - range.begin;
+    SpatialSplit best = rules_.whole_share == 0.0f
+                            ? bin_slabs<SpatialBins>(range, planes).best(planes, most)
+                            : bin_slabs<WholeBins>(range, planes).best(planes, most, rules_.whole_share);
     if (!(best.cost < cost)) return std::nullopt;
     return cut(range, best);
   }
@@ -200,9 +205,10 @@ class SbvhBuilder {
     std::size_t seen = 0;
     for (const Reference& r : span_of(range)) {
       if (++seen % kSlabChunk == 0) engine_.monitor().check();
-      if (r.box.max[split.axis] <= split.plane) {
+      const SplitSide side = side_of(split.crossing, split.plane, r.box.min[split.axis], r.box.max[split.axis]);
+      if (side == SplitSide::kLeft) {
         spare_[left_end++] = r;
-      } else if (r.box.min[split.axis] >= split.plane) {
+      } else if (side == SplitSide::kRight) {
         spare_[--right_begin] = r;
       } else {
         const SplitBounds parts = parts_of(r, split);
@@ -245,13 +251,14 @@ class SbvhBuilder {
   std::span<Reference> references_, spare_;
   std::span<LinkedNode> nodes_;
   std::span<std::uint32_t> counts_;
+  SplitRules rules_;
   float least_overlap_ = 0.0f;
 };
 
 }  // namespace
 
 DepthFirstTree build_sbvh(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references,
-                          double split_budget, float least_overlap) {
+                          double split_budget, const SplitRules& rules) {
   const std::size_t count = references.size();
   if (count == 0) return DepthFirstTree{};
   const std::size_t capacity = split_capacity(count, split_budget);
@@ -264,8 +271,8 @@ DepthFirstTree build_sbvh(CpuEngine& engine, const GeometryTable& geometries, Sc
   LinkedRef root = 0;
   {
     auto spare = engine.allocate<Reference>(capacity);
-    root = SbvhBuilder(engine, geometries, larger.span(), spare.span(), nodes.span(), counts.span())
-               .build(count, least_overlap);
+    root =
+        SbvhBuilder(engine, geometries, larger.span(), spare.span(), nodes.span(), counts.span(), rules).build(count);
   }
   engine.monitor().start("order", 0.65, count);
   return flatten(engine, {larger.span(), nodes.span(), counts.span(), root});

@@ -199,17 +199,28 @@ struct SlabPlanes {
   }
 };
 
-/// A spatial split and its halves.
+/// The sides that a reference goes to.
+enum class SplitSide : std::uint8_t { kBoth, kLeft, kRight };
+
+/// A split by a plane, and its halves.
 struct SpatialSplit {
   float cost = SimdBox::kInfinity;  ///< As Split::cost.
   unsigned axis = 0;
   float plane = 0.0f;
+  /// Where references go that cross the plane. kBoth: they are cut. Otherwise no reference is cut, and the references
+  /// are divided by where their boxes begin (kLeft) or end (kRight).
+  SplitSide crossing = SplitSide::kBoth;
   SimdBox left, right;
   std::uint32_t left_count = 0, right_count = 0;  ///< References on both sides count twice.
 };
 
-/// The sides that a reference which crosses the plane goes to.
-enum class SplitSide : std::uint8_t { kBoth, kLeft, kRight };
+/// The sides of a reference that reaches from @p min to @p max along the axis. What is flat and on the plane lies
+/// behind it if nothing is cut, as in SlabPlanes::span().
+HIPRT_HD HIPRT_FORCE_INLINE SplitSide side_of(SplitSide crossing, float plane, float min, float max) {
+  if (crossing == SplitSide::kLeft) return min < plane ? SplitSide::kLeft : SplitSide::kRight;
+  if (crossing == SplitSide::kRight) return max > plane || min >= plane ? SplitSide::kRight : SplitSide::kLeft;
+  return max <= plane ? SplitSide::kLeft : min >= plane ? SplitSide::kRight : SplitSide::kBoth;
+}
 
 /// @return one side if it is cheaper not to split the reference ("unsplitting", Stich et al. 2009, section 4.4).
 /// @param whole the reference's box.
@@ -230,7 +241,7 @@ struct SpatialBins {
   std::uint32_t begin[3][kSpatialBins] = {}, end[3][kSpatialBins] = {};
 
   /// Counts a reference where it begins and where it ends.
-  void count(const SlabSpan (&spans)[3]) {
+  void count(const SimdBox&, const SlabSpan (&spans)[3]) {
     for (int axis = 0; axis < 3; ++axis) {
       ++begin[axis][spans[axis].begin];
       ++end[axis][spans[axis].end];
@@ -284,30 +295,71 @@ struct SpatialBins {
   /// @return the cheapest split with at most @p most references on both sides together; infinite cost if there is none.
   SpatialSplit best(const SlabPlanes& planes, std::size_t most) const {
     SpatialSplit result;
-    for (int axis = 0; axis < 3; ++axis) {
-      SimdBox right_box[kSpatialBins];
-      std::uint32_t right_count[kSpatialBins];
-      SimdBox right;
-      std::uint32_t count = 0;
-      for (int i = kSpatialBins - 1; i > 0; --i) {
-        right.add(box[axis][i]);
-        count += end[axis][i];
-        right_box[i] = right;
-        right_count[i] = count;
-      }
-      SimdBox left;
-      count = 0;
-      for (int i = 1; i < kSpatialBins; ++i) {
-        left.add(box[axis][i - 1]);
-        count += begin[axis][i - 1];
-        if (count == 0 || right_count[i] == 0 || count + right_count[i] > most) continue;
-        const float cost = side_cost(left, count) + side_cost(right_box[i], right_count[i]);
-        if (!(cost < result.cost)) continue;
-        result = SpatialSplit{
-            cost, static_cast<unsigned>(axis), planes.plane[axis][i], left, right_box[i], count, right_count[i]};
-      }
-    }
+    for (unsigned axis = 0; axis < 3; ++axis)
+      choose(planes, axis, SplitSide::kBoth, box[axis], begin[axis], end[axis], most, result);
     return result;
+  }
+
+ protected:
+  /// @param low, high references on the left side of the planes behind a slab, and on the right side of those before
+  /// it.
+  /// @param best becomes the cheapest split across the axis, if that is cheaper.
+  static void choose(const SlabPlanes& planes, unsigned axis, SplitSide crossing, const SimdBox (&boxes)[kSpatialBins],
+                     const std::uint32_t (&low)[kSpatialBins], const std::uint32_t (&high)[kSpatialBins],
+                     std::size_t most, SpatialSplit& best) {
+    SimdBox right_box[kSpatialBins];
+    std::uint32_t right_count[kSpatialBins];
+    SimdBox right;
+    std::uint32_t count = 0;
+    for (int i = kSpatialBins - 1; i > 0; --i) {
+      right.add(boxes[i]);
+      count += high[i];
+      right_box[i] = right;
+      right_count[i] = count;
+    }
+    SimdBox left;
+    count = 0;
+    for (int i = 1; i < kSpatialBins; ++i) {
+      left.add(boxes[i - 1]);
+      count += low[i - 1];
+      if (count == 0 || right_count[i] == 0 || count + right_count[i] > most) continue;
+      const float cost = side_cost(left, count) + side_cost(right_box[i], right_count[i]);
+      if (!(cost < best.cost)) continue;
+      best = SpatialSplit{cost, axis, planes.plane[axis][i], crossing, left, right_box[i], count, right_count[i]};
+    }
+  }
+};
+
+/// SpatialBins for splits that cut nothing, too.
+struct WholeBins : SpatialBins {
+  SimdBox begin_box[3][kSpatialBins], end_box[3][kSpatialBins];  ///< Of the references that begin and that end there.
+
+  /// @param whole the reference's box.
+  void count(const SimdBox& whole, const SlabSpan (&spans)[3]) {
+    SpatialBins::count(whole, spans);
+    for (int axis = 0; axis < 3; ++axis) {
+      begin_box[axis][spans[axis].begin].add(whole);
+      end_box[axis][spans[axis].end].add(whole);
+    }
+  }
+  using SpatialBins::add;
+  void add(const WholeBins& other) {
+    SpatialBins::add(other);
+    for (int axis = 0; axis < 3; ++axis)
+      for (int i = 0; i < kSpatialBins; ++i) {
+        begin_box[axis][i].add(other.begin_box[axis][i]);
+        end_box[axis][i].add(other.end_box[axis][i]);
+      }
+  }
+  /// @param share as SplitRules::whole_share.
+  SpatialSplit best(const SlabPlanes& planes, std::size_t most, float share) const {
+    const SpatialSplit cutting = SpatialBins::best(planes, most);
+    SpatialSplit whole;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      choose(planes, axis, SplitSide::kLeft, begin_box[axis], begin[axis], begin[axis], most, whole);
+      choose(planes, axis, SplitSide::kRight, end_box[axis], end[axis], end[axis], most, whole);
+    }
+    return whole.cost < share * cutting.cost ? whole : cutting;
   }
 };
 

@@ -75,18 +75,18 @@ HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const QuantizedBox
 #if defined(__CUDA_ARCH__)
 namespace node_lanes_detail {
 
-/// Nodes are aligned, so the side is a bit of the address. One instruction sets it.
+/// The address of a side by one integer multiplication and addition. These run beside comparisons, selections and
+/// logical instructions, which limit coherent rays. A node does not cross a multiple of 4 GiB.
 template <bool kFar>
 HIPRT_HD HIPRT_FORCE_INLINE const float* planes_of(const PlanesBoxNode& node, unsigned axis, float direction) {
-  static_assert(kNodeGranularity % (2 * sizeof(node.plane[0][0])) == 0 && sizeof(node.plane[0][0]) == 16);
-  // Truth tables of lop3.b32: (word & 16) | address, and (~word & 16) | address. The sign is moved to bit 4 of the
-  // word.
-  constexpr unsigned kTable = kFar ? 0xae : 0xea;
+  static_assert(alignof(PlanesBoxNode) == sizeof(PlanesBoxNode));
+  constexpr int kSide = sizeof(node.plane[0][0]);
   const auto address = reinterpret_cast<std::uint64_t>(&node);
   std::uint32_t low;
-  asm("lop3.b32 %0, %1, 16, %2, %3;"
+  asm("mad.lo.u32 %0, %1, %2, %3;"
       : "=r"(low)
-      : "r"(std::bit_cast<std::uint32_t>(direction) >> 27), "r"(static_cast<std::uint32_t>(address)), "n"(kTable));
+      : "r"(std::bit_cast<std::uint32_t>(direction) >> 31), "r"(kFar ? -kSide : kSide),
+        "r"(static_cast<std::uint32_t>(address) + (kFar ? kSide : 0)));
   return reinterpret_cast<const PlanesBoxNode*>((address & 0xffffffff00000000u) | low)->plane[axis][0];
 }
 

@@ -50,11 +50,11 @@ HIPRT_HD HIPRT_FORCE_INLINE float largest_by_bits(float a, float b, float c, flo
   const auto bits = [](float x) HIPRT_FORCE_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
   return std::bit_cast<float>(later(later(later(bits(a), bits(b)), bits(c)), bits(d)));
 }
-/// The smallest of four numbers, none NaN. If some are negative (-0 counts), the result is any of those.
-HIPRT_HD HIPRT_FORCE_INLINE float smallest_by_bits(float a, float b, float c, float d) {
+/// The smallest of three numbers, none NaN. If some are negative (-0 counts), the result is any of those.
+HIPRT_HD HIPRT_FORCE_INLINE float smallest_by_bits(float a, float b, float c) {
   const auto sooner = [](std::int32_t x, std::int32_t y) HIPRT_FORCE_INLINE_LAMBDA { return x < y ? x : y; };
   const auto bits = [](float x) HIPRT_FORCE_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
-  return std::bit_cast<float>(sooner(sooner(sooner(bits(a), bits(b)), bits(c)), bits(d)));
+  return std::bit_cast<float>(sooner(sooner(bits(a), bits(b)), bits(c)));
 }
 
 /// Four lanes in an array; loops over lanes are unrolled by the compiler.
@@ -166,7 +166,8 @@ template <class Real> struct BasicArrayLanes {
   /// (last_in()).
   ///
   /// begin and end are 0 or more, and begin is not -0. first_in() <= last_in() has the result for exact maxima and
-  /// minima. There is one exception, where kComparesBits: if the ray leaves or ends at -0 exactly, it may be true.
+  /// minima. There is one exception, where kComparesBits: if the ray leaves at -0 exactly, it may be true. An end of -0
+  /// must not be compared by bits: it would be below every other number, so the ray would meet all boxes behind it.
   HIPRT_HD static HIPRT_FORCE_INLINE Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
     // Hopper has an instruction for the largest of three integers.
@@ -178,7 +179,9 @@ template <class Real> struct BasicArrayLanes {
   }
   HIPRT_HD static HIPRT_FORCE_INLINE Float last_in(const Float& a, const Float& b, const Float& c, Uniform end) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
-    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return smallest_by_bits(a.lane[i], b.lane[i], c.lane[i], end); });
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA {
+      return smaller(smallest_by_bits(a.lane[i], b.lane[i], c.lane[i]), end);
+    });
 #else
     return min(min(a, b), min(c, end));
 #endif
@@ -282,7 +285,7 @@ struct SimdLanes {
   }
   static HIPRT_FORCE_INLINE Float last_in(Float a, Float b, Float c, Uniform end) {
     const __m128i smaller = _mm_min_epi32(_mm_castps_si128(a), _mm_castps_si128(b));
-    return _mm_castsi128_ps(_mm_min_epi32(smaller, _mm_min_epi32(_mm_castps_si128(c), _mm_castps_si128(end))));
+    return _mm_min_ps(_mm_castsi128_ps(_mm_min_epi32(smaller, _mm_castps_si128(c))), end);
   }
 #else
   static HIPRT_FORCE_INLINE Float first_in(Float a, Float b, Float c, Uniform begin) {

@@ -138,7 +138,8 @@ TEST_CASE("trees with spatial splits halve by count from the level where halves 
     CAPTURE(others);
     Machine machine;
     const GeometryTable none{};
-    const auto tree = build_sbvh(machine.engine, none, sticks_before_four(machine.engine, others, 0.65), 1.0, 1.0f);
+    const auto tree =
+        build_sbvh(machine.engine, none, sticks_before_four(machine.engine, others, 0.65), 1.0, {1.0f, 0.0f});
     std::uint32_t node = 0;
     for (unsigned level = 0; level < others; ++level) {
       CAPTURE(level);

@@ -60,7 +60,7 @@ struct Slabs {
     for (const Piece& piece : pieces) {
       SlabSpan spans[3];
       for (int axis = 0; axis < 3; ++axis) spans[axis] = planes.span(axis, piece.box.min[axis], piece.box.max[axis]);
-      bins.count(spans);
+      bins.count(piece.box, spans);
       if (groups != nullptr)
         bins.add(piece.corners, piece.pair, piece.box, planes, spans, *groups);
       else
@@ -109,7 +109,7 @@ std::size_t leaves_of_diagonals(unsigned count) {
     const LeafPrimitives leaf{i, LeafContents::make(0, 0, 0)};
     MakeReferenceStep{table, {&leaf, 1}, references.span().subspan(i, 1)}(0);
   }
-  return build_sbvh(machine.engine, table, std::move(references), 8.0, 0.0f).references.size();
+  return build_sbvh(machine.engine, table, std::move(references), 8.0, {0.0f, 0.0f}).references.size();
 }
 
 }  // namespace
@@ -269,4 +269,58 @@ TEST_CASE("rounds that nobody named are fewer where splits more than double the 
   CHECK(rounds < 32);
   CHECK((usual == leaves_of(rounds).second));
   CHECK_FALSE((usual == leaves_of(32).second));
+}
+
+TEST_CASE("splits that cut nothing are the cheapest divisions by where boxes begin or end") {
+  Random random(kSeed);
+  CAPTURE(kSeed);
+  unsigned whole_splits = 0;
+  for (unsigned i = 0; i < 2000; ++i) {
+    const std::vector<Piece> pieces = random_pieces(random);
+    SimdBox all;
+    for (const Piece& piece : pieces) all.add(piece.box);
+    const SlabPlanes planes = SlabPlanes::over(all);
+    WholeBins bins;
+    for (const Piece& piece : pieces) {
+      SlabSpan spans[3];
+      for (int axis = 0; axis < 3; ++axis) spans[axis] = planes.span(axis, piece.box.min[axis], piece.box.max[axis]);
+      bins.count(piece.box, spans);
+      bins.add(piece.corners, piece.pair, piece.box, planes, spans, SingleSlabs{});
+    }
+    const auto divide = [&](int axis, float plane, SplitSide crossing) {
+      SpatialSplit split;
+      split.left_count = split.right_count = 0;
+      for (const Piece& piece : pieces) {
+        const bool left = side_of(crossing, plane, piece.box.min[axis], piece.box.max[axis]) == SplitSide::kLeft;
+        (left ? split.left : split.right).add(piece.box);
+        ++(left ? split.left_count : split.right_count);
+      }
+      split.cost = split.left_count == 0 || split.right_count == 0
+                       ? SimdBox::kInfinity
+                       : side_cost(split.left, split.left_count) + side_cost(split.right, split.right_count);
+      return split;
+    };
+    float least = SimdBox::kInfinity;
+    for (int axis = 0; axis < 3; ++axis)
+      for (int k = 1; k < kSpatialBins; ++k)
+        for (const SplitSide crossing : {SplitSide::kLeft, SplitSide::kRight})
+          least = std::min(least, divide(axis, planes.plane[axis][k], crossing).cost);
+    const SpatialSplit cutting = bins.SpatialBins::best(planes, 1000);
+    for (const float share : {0.5f, 0.9f, 1.0f, 1e9f}) {
+      const SpatialSplit best = bins.best(planes, 1000, share);
+      CAPTURE(i, share, cutting.cost, least, best.cost);
+      if (best.crossing == SplitSide::kBoth) {
+        CHECK(best.cost == cutting.cost);
+        CHECK_FALSE(least < share * cutting.cost);
+        continue;
+      }
+      ++whole_splits;
+      CHECK(best.cost == least);
+      CHECK(least < share * cutting.cost);
+      const SpatialSplit same_split = divide(static_cast<int>(best.axis), best.plane, best.crossing);
+      CHECK((same_split.left_count == best.left_count && same_split.right_count == best.right_count));
+      CHECK((same(same_split.left, best.left) && same(same_split.right, best.right)));
+    }
+  }
+  CHECK(whole_splits > 2000);
 }

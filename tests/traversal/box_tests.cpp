@@ -20,7 +20,7 @@ struct BitLanes : ArrayLanes {
     return map([&](int i) { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });
   }
   static Float last_in(const Float& a, const Float& b, const Float& c, Uniform end) {
-    return map([&](int i) { return smallest_by_bits(a.lane[i], b.lane[i], c.lane[i], end); });
+    return map([&](int i) { return smaller(smallest_by_bits(a.lane[i], b.lane[i], c.lane[i]), end); });
   }
 };
 

@@ -37,7 +37,7 @@ struct HostTree {
     auto whole = machine.engine.allocate<Reference>(leaves.count);
     for (std::size_t i = 0; i < leaves.count; ++i)
       MakeReferenceStep{input.table(), leaves.leaves.span(), whole.span()}(i);
-    const DepthFirstTree tree = build_sbvh(machine.engine, input.table(), std::move(whole), 3.0, 1e-5f);
+    const DepthFirstTree tree = build_sbvh(machine.engine, input.table(), std::move(whole), 3.0, kHqDefaults.splits);
     const auto parts = tree.references.span();
     references.assign(parts.begin(), parts.end());
     nodes.assign(references.size(), LinkedNode{{}, {kInvalidId, kInvalidId}});

@@ -30,8 +30,8 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
 
-/// Of the scene's area.
-constexpr float kLeastOverlap = 1e-5f;
+/// Splits that cut nothing are not tried, or tried.
+constexpr build::SplitRules kRules{1e-5f, 0.0f}, kWholeRules{1e-5f, 0.9f};
 /// Sizes that take small inputs through everything that large ones meet.
 constexpr gpu::TopDownTuning kTiny{.task = 96, .wave_range = 40, .spare_levels = 6};
 
@@ -83,11 +83,12 @@ struct Outcome {
 
 /// Scratch memory and output hold @p garbage at first.
 Outcome build_on_device(const Scene& scene, double budget, bool spatial, const gpu::TopDownTuning& tuning,
-                        std::byte garbage = std::byte{0xa5}, gpu::LongStep asks = {}) {
+                        std::byte garbage = std::byte{0xa5}, gpu::LongStep asks = {},
+                        const build::SplitRules& rules = kRules) {
   CountingAllocator allocator;
   const auto n = static_cast<std::uint32_t>(scene.references.size());
   const auto capacity = static_cast<std::uint32_t>(build::split_capacity(n, spatial ? budget : 1.0));
-  const std::uint64_t bytes = gpu::top_down_scratch(n, capacity, tuning);
+  const std::uint64_t bytes = gpu::top_down_scratch(n, capacity, tuning, rules);
   constexpr std::size_t kGuard = 4096;
   auto positions = must(gpu::DeviceArray<build::Position>::from(scene.mesh.positions, nullptr, allocator));
   auto triangles = must(gpu::DeviceArray<build::Triangle>::from(scene.mesh.triangles, nullptr, allocator));
@@ -102,7 +103,7 @@ Outcome build_on_device(const Scene& scene, double budget, bool spatial, const g
   must(nodes.fill(garbage, nullptr));
   must(results.fill(garbage, nullptr));
   must(scratch.fill(garbage, nullptr));
-  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, spatial, kLeastOverlap},
+  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, spatial, rules},
                              {references.data(), nodes.data(), results.data(), results.data() + 1}, scratch.data(),
                              nullptr, tuning, asks));
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
@@ -210,7 +211,8 @@ void check_covered(const Scene& scene, const Outcome& outcome) {
   CHECK(missing == 0);
 }
 
-double cost_on_host(const Scene& scene, double budget, bool spatial, std::size_t& leaves) {
+double cost_on_host(const Scene& scene, double budget, bool spatial, const build::SplitRules& rules,
+                    std::size_t& leaves) {
   build::Machine machine;
   const build::TriangleMesh view = scene.mesh.view();
   const build::BuildInput input(build::SceneInput{{&view, 1}, {}});
@@ -219,7 +221,7 @@ double cost_on_host(const Scene& scene, double budget, bool spatial, std::size_t
   for (std::size_t i = 0; i < scene.leaves.size(); ++i)
     build::MakeReferenceStep{table, scene.leaves, references.span()}(i);
   const build::DepthFirstTree tree =
-      spatial ? build::build_sbvh(machine.engine, table, std::move(references), budget, kLeastOverlap)
+      spatial ? build::build_sbvh(machine.engine, table, std::move(references), budget, rules)
               : build::build_sah(machine.engine, std::move(references));
   double cost = 0;
   leaves = tree.references.size();
@@ -228,11 +230,13 @@ double cost_on_host(const Scene& scene, double budget, bool spatial, std::size_t
 }
 
 /// The tree's cost relative to the host's.
-double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& tuning, const char* name) {
+double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& tuning, const char* name,
+                  const build::SplitRules& rules = kRules) {
   const bool spatial = budget > 1.0;
-  INFO(name << ", " << scene.leaves.size() << " references, budget " << budget << ", wave_range " << tuning.wave_range);
-  const Outcome outcome = build_on_device(scene, budget, spatial, tuning);
-  CHECK(outcome.same_bytes(build_on_device(scene, budget, spatial, tuning, std::byte{0x3c})));
+  INFO(name << ", " << scene.leaves.size() << " references, budget " << budget << ", wave_range " << tuning.wave_range
+            << ", whole_share " << rules.whole_share);
+  const Outcome outcome = build_on_device(scene, budget, spatial, tuning, std::byte{0xa5}, {}, rules);
+  CHECK(outcome.same_bytes(build_on_device(scene, budget, spatial, tuning, std::byte{0x3c}, {}, rules)));
   const Walk walk(outcome);
   CHECK(walk.depth() <= build::kMaxDepth);
   if (scene.leaves.empty()) CHECK(outcome.root == kInvalidId);
@@ -241,7 +245,8 @@ double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& t
   check_covered(scene, outcome);
   if (!spatial) CHECK(outcome.leaves == scene.leaves.size());
   std::size_t host_leaves = 0;
-  const double host = cost_on_host(scene, budget, spatial, host_leaves), relative = host > 0 ? walk.cost() / host : 1.0;
+  const double host = cost_on_host(scene, budget, spatial, rules, host_leaves),
+               relative = host > 0 ? walk.cost() / host : 1.0;
   std::printf(
       "%-12s %5zu references, budget %.1f, wave_range %3u: %5u leaves (host %5zu), depth %2u, cost / host's %.4f\n",
       name, scene.leaves.size(), budget, tuning.wave_range, outcome.leaves, host_leaves, walk.depth(), relative);
@@ -272,10 +277,12 @@ TEST_CASE("spatial splits cost no more than the host's") {
   INFO("seed " << kSeed);
   const Scene star(oracle::star(3, kSeed)), soup(oracle::soup(600, 0.3, kSeed)),
       needles(oracle::needles(400, 100, kSeed));
-  CHECK(check_tree(star, 1.5, kTiny, "star") < 1.01);
-  CHECK(check_tree(star, 1.5, {}, "star") < 1.01);
-  CHECK(check_tree(soup, 1.5, kTiny, "soup") < 1.01);
-  CHECK(check_tree(needles, 3.0, kTiny, "needles") < 1.01);
+  for (const build::SplitRules& rules : {kRules, kWholeRules}) {
+    CHECK(check_tree(star, 1.5, kTiny, "star", rules) < 1.01);
+    CHECK(check_tree(star, 1.5, {}, "star", rules) < 1.01);
+    CHECK(check_tree(soup, 1.5, kTiny, "soup", rules) < 1.01);
+    CHECK(check_tree(needles, 3.0, kTiny, "needles", rules) < 1.01);
+  }
 }
 
 TEST_CASE("odd meshes, built top-down") {
@@ -298,6 +305,7 @@ TEST_CASE("odd meshes, built top-down") {
   for (const auto& [name, mesh] : meshes) {
     const Scene scene(mesh);
     for (const double budget : {1.0, 2.0}) check_tree(scene, budget, kTiny, name);
+    check_tree(scene, 2.0, kTiny, name, kWholeRules);
   }
 }
 
@@ -311,14 +319,16 @@ TEST_CASE("where planes cut more references than there is room for") {
   };
   for (const auto& [name, mesh] : meshes) {
     const Scene scene(mesh);
-    for (const double budget : {1.1, 3.0}) {
-      CHECK(check_tree(scene, budget, kTiny, name) < 1.05);
-      // Ranges have several tasks, or one.
-      const auto tree_of = [&, budget = budget](std::uint32_t task) {
-        return build_on_device(scene, budget, true, {.task = task, .wave_range = 40, .spare_levels = 6});
-      };
-      CHECK(tree_of(41).same_bytes(tree_of(2048)));
-    }
+    for (const build::SplitRules& rules : {kRules, kWholeRules})
+      for (const double budget : {1.1, 3.0}) {
+        CHECK(check_tree(scene, budget, kTiny, name, rules) < 1.05);
+        // Ranges have several tasks, or one.
+        const auto tree_of = [&, budget = budget](std::uint32_t task) {
+          return build_on_device(scene, budget, true, {.task = task, .wave_range = 40, .spare_levels = 6},
+                                 std::byte{0xa5}, {}, rules);
+        };
+        CHECK(tree_of(41).same_bytes(tree_of(2048)));
+      }
   }
 }
 
@@ -345,6 +355,7 @@ TEST_CASE("many references, built top-down") {
   oracle::append(mesh, oracle::needles(200, 300, kSeed));
   const Scene scene(std::move(mesh));
   for (const double budget : {1.0, 1.5}) CHECK(check_tree(scene, budget, {}, "many") < 1.01);
+  CHECK(check_tree(scene, 1.5, {}, "many", kWholeRules) < 1.01);
 }
 
 TEST_CASE("top-down trees ask between their levels and slices whether to go on") {
