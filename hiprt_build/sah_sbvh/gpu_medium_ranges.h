@@ -92,8 +92,8 @@ template <bool kSpatialSplits> class MediumBuilder {
     BlockRange& range = shared_.range;
     BlockSlabs& slabs = shared_.slabs;
     const std::uint32_t places = range.limit - range.begin;
-    const bool counts_first = range.is_crowded();
-    slabs.begin(tree_, range);
+    const bool counts_first = range.is_crowded(), tries_whole = tree_.tries_whole() && !counts_first;
+    slabs.begin(range, tries_whole);
     if (counts_first) {
       part().for_each([&](const Reference& r) { count_ends(slabs.bins(), slabs.planes, r.box); });
       __syncthreads();
@@ -103,10 +103,10 @@ template <bool kSpatialSplits> class MediumBuilder {
       });
       __syncthreads();
     }
-    if (slabs.groups.has_planes() || tree_.tries_whole()) slabs.add(tree_, part(), !counts_first);
+    if (slabs.groups.has_planes()) slabs.add(tree_.geometries, part(), !counts_first, tries_whole);
     for_axes([&](const WaveGroup& group, unsigned axis, bool writes) {
       const AxisSums sums(group, slabs.bins(), axis, range.size(), places);
-      const auto cut = best_spatial_split(group, slabs.bins(), slabs.whole(tree_), tree_.rules.whole_share,
+      const auto cut = best_spatial_split(group, slabs.bins(), slabs.whole(tries_whole), tree_.rules.whole_share,
                                           range.bounds.box.get(), places, axis, axis + 1);
       if (writes) shared_.cuts[axis] = cut;
       if (writes) shared_.crossing[axis] = sums.crossing;

@@ -47,10 +47,11 @@ struct BlockSlabs {
   SlabQueue<kTaskBlock> queue;
 
   __device__ SlabBins bins() { return SlabBins{words}; }
-  __device__ WholeSlabs whole(const TopDownTree& tree) { return tree.whole_slabs(whole_words); }
-  __device__ void begin(const TopDownTree& tree, const BlockRange& range) {
+  /// @param used whether splits that cut nothing are tried.
+  __device__ WholeSlabs whole(bool used) { return WholeSlabs{whole_words, used}; }
+  __device__ void begin(const BlockRange& range, bool tries_whole) {
     bins().clear(threadIdx.x, kTaskBlock);
-    whole(tree).clear(threadIdx.x, kTaskBlock);
+    whole(tries_whole).clear(threadIdx.x, kTaskBlock);
     fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
     if (threadIdx.x == 0) {
       queue.clear();
@@ -59,15 +60,16 @@ struct BlockSlabs {
     __syncthreads();
   }
   /// @param counts whether references are counted, too.
-  __device__ void add(const TopDownTree& tree, const BlockPart& part, bool counts) {
+  __device__ void add(const GeometryTable& geometries, const BlockPart& part, bool counts, bool tries_whole) {
     for (std::uint32_t first = part.begin; first < part.end; first += kTaskBlock) {
       const std::uint32_t i = first + threadIdx.x;
-      if (i < part.end) queue.add(bins(), whole(tree), planes, groups, load(part.from + i), i - part.begin, counts);
+      if (i < part.end)
+        queue.add(bins(), whole(tries_whole), planes, groups, load(part.from + i), i - part.begin, counts);
       __syncthreads();
       const bool waits = first + kTaskBlock < part.end && queue.count + queue.kMost * kTaskBlock <= queue.kSize;
       __syncthreads();
       if (waits) continue;
-      queue.work(bins(), planes, groups, tree.geometries, threadIdx.x,
+      queue.work(bins(), planes, groups, geometries, threadIdx.x,
                  [&](unsigned number) { return load(part.from + part.begin + number); });
       __syncthreads();
       if (threadIdx.x == 0) queue.clear();

@@ -63,7 +63,7 @@ __global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, u
     range.counted = 1;
     range.groups = sums.groups;
     range.crossing = crossing_share(sums.crossing, range.size());
-    range.tries_spatial = sums.groups.has_planes() || tree.tries_whole() ? 1 : 0;
+    range.tries_spatial = sums.groups.has_planes() ? 1 : 0;
   });
 }
 
@@ -74,10 +74,11 @@ static __global__ void __launch_bounds__(kTaskBlock, 4) bin_spatial(TopDownTree 
     const LargeTask task = tree.tasks[level % 2][t];
     const BlockRange& range = tree.ranges[level % 2][task.range];
     if (range.tries_spatial == 0) continue;
-    slabs.begin(tree, range);
-    slabs.add(tree, part_of(tree, level, range, task), range.counted == 0);
+    const bool counts = range.counted == 0, tries_whole = tree.tries_whole() && counts;
+    slabs.begin(range, tries_whole);
+    slabs.add(tree.geometries, part_of(tree, level, range, task), counts, tries_whole);
     tree.slab_bins(task.range).add(slabs.bins(), threadIdx.x, kTaskBlock);
-    tree.whole_slabs(task.range).add(slabs.whole(tree), threadIdx.x, kTaskBlock);
+    tree.whole_slabs(task.range, tries_whole).add(slabs.whole(tries_whole), threadIdx.x, kTaskBlock);
     __syncthreads();
   }
 }
@@ -88,8 +89,9 @@ static __global__ void __launch_bounds__(kGroupBlock) choose_spatial_splits(TopD
     if (range.tries_spatial == 0) return;
     const std::uint32_t places = range.limit - range.begin;
     const SlabBins bins = tree.slab_bins(number);
-    const SpatialSplitRecord cut = best_spatial_split(group, bins, tree.whole_slabs(number), tree.rules.whole_share,
-                                                      range.bounds.box.get(), places);
+    const SpatialSplitRecord cut =
+        best_spatial_split(group, bins, tree.whole_slabs(number, tree.tries_whole() && range.counted == 0),
+                           tree.rules.whole_share, range.bounds.box.get(), places);
     const std::uint32_t crossing = sum_slabs(group, bins, range.size(), places).crossing;
     group.sync();
     if (group.lane() == 0) store_spatial_split(range, cut, crossing);

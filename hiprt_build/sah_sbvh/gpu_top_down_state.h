@@ -164,11 +164,11 @@ struct TopDownTree {
   __device__ SlabBins slab_bins(std::uint32_t number) const {
     return SlabBins{object_bins(number).words + ObjectBins::kSize};
   }
-  __device__ WholeSlabs whole_slabs(std::uint32_t number) const {
-    return whole_slabs(slab_bins(number).words + SlabBins::kSize);
+  /// @param used whether splits that cut nothing are tried for the range.
+  __device__ WholeSlabs whole_slabs(std::uint32_t number, bool used) const {
+    return WholeSlabs{slab_bins(number).words + SlabBins::kSize, used};
   }
-  /// @param words WholeSlabs::kSize of them.
-  __device__ WholeSlabs whole_slabs(std::uint32_t* words) const { return WholeSlabs{words, tries_whole()}; }
+  /// Whether splits that cut nothing are tried. Not in crowded ranges: what they cost is most of the time there.
   __device__ bool tries_whole() const { return rules.whole_share != 0.0f; }
   /// Whether a range lies so deep, or so much deeper than in a balanced tree, that it is halved by count.
   __device__ bool is_late(const BlockRange& range) const {

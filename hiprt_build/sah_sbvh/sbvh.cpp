@@ -24,6 +24,8 @@ struct Range {
 
   std::size_t size() const { return end - begin; }
   std::size_t capacity() const { return limit - end; }
+  /// Whether no plane cuts more references than there is room for, as far as is known.
+  bool has_room() const { return crossing * static_cast<double>(size()) <= static_cast<double>(capacity()); }
 };
 
 struct Halves {
@@ -167,7 +169,7 @@ class SbvhBuilder {
       bins.add(leaf_corners(geometries_, r), r.contents.is_pair(), simd_box(r), planes, spans, groups);
     };
     const auto size = static_cast<double>(range.size());
-    const bool has_room = range.crossing * size <= static_cast<double>(range.capacity());
+    const bool has_room = range.has_room();
     // Where planes cut more references than there is room for, counts come first.
     Bins bins = sum_slabs<Bins>(range, planes, [&](Bins& all, const Reference& r, const SlabSpan(&spans)[3]) {
       all.count(simd_box(r), spans);
@@ -192,7 +194,8 @@ class SbvhBuilder {
     if (overlap.empty() || !halves_overlap(half_area(overlap), least_overlap_, half_area(box))) return std::nullopt;
     const SlabPlanes planes = SlabPlanes::over(box);
     const std::size_t most = range.limit - range.begin;
-    SpatialSplit best = rules_.whole_share == 0.0f
+    // Where cuts are counted first, other splits would cost most of the time.
+    SpatialSplit best = rules_.whole_share == 0.0f || !range.has_room()
                             ? bin_slabs<SpatialBins>(range, planes).best(planes, most)
                             : bin_slabs<WholeBins>(range, planes).best(planes, most, rules_.whole_share);
     if (!(best.cost < cost)) return std::nullopt;

@@ -82,5 +82,11 @@ concept TraversalSchedule = requires {
   requires(!T::kTogether || VotingSchedule<T>);
 };
 
+/// Nodes that a lane visits between two calls of search_on().
+template <class Schedule> inline constexpr unsigned kVisitsOf = 1;
+template <class Schedule>
+requires requires { Schedule::kVisits; }
+inline constexpr unsigned kVisitsOf<Schedule> = Schedule::kVisits;
+
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

@@ -65,12 +65,7 @@ class Traversal : public RayState<P, Order, Test> {
  private:
   /// Visits of a lane between two votes of its group. With instances the code would be too large: 0.73 to 0.95 of the
   /// speed with up to eight levels (H200).
-  static constexpr unsigned kVisits = [] {
-    if constexpr (!kHasLevels && requires { P::Schedule::kVisits; })
-      return P::Schedule::kVisits;
-    else
-      return 1u;
-  }();
+  static constexpr unsigned kVisits = kHasLevels ? 1u : kVisitsOf<typename P::Schedule>;
   template <class Stop> static constexpr bool kKeepsStop = !std::is_same_v<Stop, NoStop>;
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
