@@ -16,8 +16,8 @@ inline constexpr int kSpatialBins = 16;
 /// Ranges of fewer references get no spatial split: cuts of the last two gain nothing (decision 0023).
 inline constexpr std::uint32_t kLeastCutRange = 3;
 
-/// Smaller ranges get no splits that cut nothing. They would gain 2 % of the rays' work, and cost an eighth of the time
-/// of a GPU's smaller ranges where very many triangles overlap.
+/// Smaller ranges get no splits that cut nothing. Such splits would save another 2 % of the work of rays (five scenes).
+/// Where very many triangles overlap, build_small() would execute 1.14 times as many instructions (gfx1030).
 inline constexpr std::uint32_t kLeastWholeRange = 65;
 
 /// Whether the halves of a range overlap so much that a spatial split is tried. Stich et al. compare with the scene
