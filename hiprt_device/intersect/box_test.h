@@ -237,7 +237,7 @@ template <class Lanes, class Node> struct NodeSlabs {
 /// The product with the power of two is exact. The sum in the second bracket is one more rounding, which the margin
 /// covers (docs/decisions/0003-conservative-boxes.md).
 ///
-/// Where bytes have a bias (lanes.h), the bias goes into the second bracket. Its rounding is then up to 2^-9 of the
+/// Where bytes have a bias (lanes.h), the bias goes into the second bracket. Its rounding is then up to 2^-8 of the
 /// grid's step, and boxes grow by twice that.
 template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
   const RaySlabs<Lanes>& ray;
@@ -263,7 +263,7 @@ template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
                                                              bool more) const {
     const auto plain = uniform_madd(Lanes::uniform(grid.as_float(axis)), ray.rcp[axis], offset);
     if constexpr (Lanes::kByteBias == 0.0f) return plain;
-    constexpr float kStep = 0x1p-8f;
+    constexpr float kStep = 0x1p-7f;
     const float bias = more ? -(Lanes::kByteBias + kStep) : -(Lanes::kByteBias - kStep);
     return uniform_madd(Lanes::uniform(bias), rcp(axis), plain);
   }

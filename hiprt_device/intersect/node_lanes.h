@@ -10,7 +10,14 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// Bits 3-0: the children that exist. In layouts whose absent children have the empty box, all bits are set.
 template <class Node> HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(const Node&) { return 0xfu; }
 HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
+#if defined(__CUDA_ARCH__)
+  // The comparisons that find the met children take these as operands. Bits would have to be tested first.
+  const Words child = load_words(node.child);
+  const auto bit = [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA { return child.word[i] != kInvalidRef ? 1u << i : 0u; };
+  return bit(0) | bit(1) | bit(2) | bit(3);
+#else
   return load_words(node.origin).word[3] >> 24;
+#endif
 }
 
 /// The four children's planes of one axis. @param side 0 minimum, 1 maximum.
