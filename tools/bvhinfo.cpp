@@ -114,6 +114,20 @@ std::string section_name(std::uint32_t kind) {
   return "unknown kind " + std::to_string(kind);
 }
 
+/// Records of a section.
+std::uint64_t record_count(const BufferView& view, const SectionEntry& section) {
+  return section.kind == static_cast<std::uint32_t>(SectionKind::kNodes) ? view.node_count() : section.count;
+}
+
+/// Records and their size.
+std::string section_text(const BufferView& view, const SectionEntry& section) {
+  const bool gaps = section.kind == static_cast<std::uint32_t>(SectionKind::kNodes) && view.node_places().has_gaps();
+  const std::uint64_t size = gaps ? node_size(view.layout()) : section.stride;
+  return section_name(section.kind) + ": " + std::to_string(record_count(view, section)) + " x " +
+         std::to_string(size) + " bytes at " + std::to_string(section.offset) +
+         (gaps ? ", 64 unused after every 64" : "");
+}
+
 std::span<const SectionEntry> section_table(const BufferView& view) {
   return {reinterpret_cast<const SectionEntry*>(view.bytes.data() + sizeof(FileHeader)), view.header->section_count};
 }
@@ -222,9 +236,7 @@ void add_header(Table& table, const Options& options, const BufferView& view) {
   table.row("bounds", header.root == kInvalidRef ? "empty" : bounds_text(header.bounds));
   if (header.box_margin != 0) table.row("box margin", nlohmann::json(header.box_margin).dump());
   table.row("stack bound", std::to_string(header.stack_bound));
-  for (const SectionEntry& s : section_table(view))
-    table.row("section", section_name(s.kind) + ": " + std::to_string(s.count) + " x " + std::to_string(s.stride) +
-                             " bytes at " + std::to_string(s.offset));
+  for (const SectionEntry& s : section_table(view)) table.row("section", section_text(view, s));
   constexpr std::size_t kMostGeometries = 20;
   for (std::size_t i = 0; i < std::min(view.geometries.size(), kMostGeometries); ++i)
     table.row("geometry " + std::to_string(i), geometry_text(view, i));
@@ -239,7 +251,7 @@ nlohmann::json header_json(const Options& options, const BufferView& view) {
     sections.push_back({{"kind", s.kind},
                         {"name", section_name(s.kind)},
                         {"offset", s.offset},
-                        {"count", s.count},
+                        {"count", record_count(view, s)},
                         {"stride", s.stride}});
   for (std::size_t i = 0; i < view.geometries.size(); ++i) geometries.push_back(geometry_json(view, i));
   nlohmann::json bounds;

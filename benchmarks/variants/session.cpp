@@ -30,7 +30,7 @@ TreeRecord record_of(const Tree& tree) {
           std::string(kLayoutNames[header.layout]),
           header.byte_size,
           header.primitive_count,
-          tree.view.nodes.count,
+          tree.view.node_count(),
           tree.view.leaves.count,
           header.stack_bound,
           header.features,

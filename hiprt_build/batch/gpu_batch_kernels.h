@@ -173,7 +173,8 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
 
   __device__ void write() {
     using Layout = PlanesLayout;
-    auto* nodes = reinterpret_cast<Layout::Node*>(job_.base + job_.nodes_offset) + first_;
+    const NodePlaces places(sizeof(Layout::Node), false);
+    const NodeArray<Layout::Node> nodes(job_.base + job_.nodes_offset + places.offset(first_), places);
     auto* leaves = reinterpret_cast<Layout::Leaf*>(job_.base + job_.leaves_offset) + first_;
     const WideWriter<Layout> writer{geometries(),
                                     m_.nodes,
@@ -259,7 +260,7 @@ static __global__ void start_batch(gpu::BatchReport report, gpu::BatchReport* to
 static __global__ void adopt_scene(const gpu::BuildReport* from, SceneView* to, gpu::BatchCounts* counts,
                                    gpu::BatchReport* report) {
   *to = from->view;
-  *counts = from->view.root == kInvalidRef ? gpu::BatchCounts{} : gpu::BatchCounts{from->nodes, from->leaves};
+  *counts = from->view.root == kInvalidRef ? gpu::BatchCounts{} : gpu::BatchCounts{from->nodes, from->leaves, 1};
   report->bad_indices += from->bad_indices;
   report->dropped_not_finite += from->dropped_not_finite;
   report->dropped_degenerate += from->dropped_degenerate;

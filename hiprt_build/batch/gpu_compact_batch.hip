@@ -3,6 +3,7 @@
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/exec/gpu_scan.h>
+#include <hiprt_build/format/node_places.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 
 #include <algorithm>
@@ -27,16 +28,16 @@ struct CompactJob {
   gpu::BatchScenes from;
   const std::uint32_t *first_node, *first_leaf;  ///< Of each scene.
   std::byte* base;
-  std::uint64_t size, records, views, nodes, leaves;  ///< Bytes; offsets.
+  std::uint64_t size, records, views, counts, nodes, leaves;  ///< Bytes; offsets.
 };
 
-/// Offset of a tree's first leaf record. The records lie together, and so do the nodes, from the root on.
-__device__ std::uint64_t lowest_leaf(const SceneView& view, std::uint32_t nodes) {
+/// Offset of a tree's first leaf record. The records lie together.
+__device__ std::uint64_t lowest_leaf(const SceneView& view, const NodeArray<const PlanesBoxNode>& nodes,
+                                     std::uint32_t count) {
   if (!is_box(view.root)) return ref_offset(view.root);
   std::uint64_t lowest = ~std::uint64_t{0};
-  const auto* node = reinterpret_cast<const PlanesBoxNode*>(view.base + ref_offset(view.root));
-  for (std::uint32_t i = 0; i < nodes; ++i)
-    for (const NodeRef child : node[i].child)
+  for (std::uint32_t i = 0; i < count; ++i)
+    for (const NodeRef child : nodes[i].child)
       if (child != kInvalidRef && !is_box(child) && ref_offset(child) < lowest) lowest = ref_offset(child);
   return lowest;
 }
@@ -47,23 +48,25 @@ __global__ void __launch_bounds__(kCopyBlock) copy_scenes(CompactJob job) {
   const std::uint32_t i = blockIdx.x;
   const SceneView& from = job.from.views[i];
   const gpu::BatchCounts counts = job.from.counts[i];
-  if (threadIdx.x == 0) leaf_at = counts.leaves == 0 ? 0 : lowest_leaf(from, counts.nodes);
+  const std::uint64_t node_at = counts.nodes == 0 ? 0 : ref_offset(from.root);
+  const NodePlaces places(sizeof(PlanesBoxNode), counts.gaps != 0), packed(sizeof(PlanesBoxNode), false);
+  const NodeArray<const PlanesBoxNode> nodes(from.base + node_at, places);
+  if (threadIdx.x == 0) leaf_at = counts.leaves == 0 ? 0 : lowest_leaf(from, nodes, counts.nodes);
   __syncthreads();
-  const std::uint64_t new_node = job.nodes + std::uint64_t{job.first_node[i]} * sizeof(PlanesBoxNode),
-                      new_leaf = job.leaves + std::uint64_t{job.first_leaf[i]} * sizeof(PlanesLeaf),
-                      node_at = counts.nodes == 0 ? 0 : ref_offset(from.root);
+  const std::uint64_t new_node = job.nodes + packed.offset(job.first_node[i]),
+                      new_leaf = job.leaves + std::uint64_t{job.first_leaf[i]} * sizeof(PlanesLeaf);
   const auto moved = [&](NodeRef ref) {
     if (ref == kInvalidRef) return ref;
-    const std::uint64_t offset =
-        is_box(ref) ? ref_offset(ref) - node_at + new_node : ref_offset(ref) - leaf_at + new_leaf;
+    const std::uint64_t offset = is_box(ref) ? new_node + packed.offset(places.number(ref_offset(ref) - node_at))
+                                             : ref_offset(ref) - leaf_at + new_leaf;
     return make_ref(offset, ref_type(ref));
   };
-  const auto* nodes = reinterpret_cast<const PlanesBoxNode*>(from.base + node_at);
+  const NodeArray<PlanesBoxNode> to(job.base + new_node, packed);
   const auto* leaves = reinterpret_cast<const PlanesLeaf*>(from.base + leaf_at);
   for (std::uint32_t k = threadIdx.x; k < counts.nodes; k += kCopyBlock) {
     PlanesBoxNode node = nodes[k];
     for (NodeRef& child : node.child) child = moved(child);
-    reinterpret_cast<PlanesBoxNode*>(job.base + new_node)[k] = node;
+    to[k] = node;
   }
   for (std::uint32_t k = threadIdx.x; k < counts.leaves; k += kCopyBlock)
     reinterpret_cast<PlanesLeaf*>(job.base + new_leaf)[k] = leaves[k];
@@ -76,6 +79,7 @@ __global__ void __launch_bounds__(kCopyBlock) copy_scenes(CompactJob job) {
   view.geometries = record;
   view.root = moved(from.root);
   reinterpret_cast<SceneView*>(job.base + job.views)[i] = view;
+  reinterpret_cast<gpu::BatchCounts*>(job.base + job.counts)[i] = {counts.nodes, counts.leaves};
 }
 
 }  // namespace
@@ -115,12 +119,12 @@ Result<CompactBatch> compact_batch(const BatchScenes& scenes, hipStream_t stream
   }
   steps.then([&] { return check(hipStreamSynchronize(stream), "hipStreamSynchronize"); });
   if (!steps.result()) return tl::unexpected(std::move(steps.result().error()));
-  CompactJob job{scenes, first_node, first_leaf, nullptr, 0, 0, 0, 0, 0};
+  CompactJob job{scenes, first_node, first_leaf, nullptr, 0, 0, 0, 0, 0, 0};
   // Behind at least one byte, so that no record is at offset 0.
   job.records = kDeviceAlignment;
   job.views = align_up(job.records + scenes.count * sizeof(GeometryRecord), kDeviceAlignment);
-  const std::uint64_t counts = align_up(job.views + scenes.count * sizeof(SceneView), kDeviceAlignment);
-  const std::uint64_t report = align_up(counts + scenes.count * sizeof(BatchCounts), kDeviceAlignment);
+  job.counts = align_up(job.views + scenes.count * sizeof(SceneView), kDeviceAlignment);
+  const std::uint64_t report = align_up(job.counts + scenes.count * sizeof(BatchCounts), kDeviceAlignment);
   job.nodes = align_up(report + sizeof(BatchReport), kDeviceAlignment);
   job.leaves = align_up(job.nodes + std::uint64_t{totals[0]} * sizeof(PlanesBoxNode), kDeviceAlignment);
   job.size = job.leaves + std::uint64_t{totals[1]} * sizeof(PlanesLeaf);
@@ -139,13 +143,12 @@ Result<CompactBatch> compact_batch(const BatchScenes& scenes, hipStream_t stream
   };
   copy(report, scenes.report, sizeof(BatchReport));
   if (scenes.count != 0) {
-    copy(counts, scenes.counts, scenes.count * sizeof(BatchCounts));
     steps.blocks("copy_scenes", kCopyBlock, scenes.count, copy_scenes, job);
   }
   if (!steps.result()) return tl::unexpected(std::move(steps.result().error()));
   const BatchScenes made{reinterpret_cast<const SceneView*>(job.base + job.views),
                          reinterpret_cast<const BatchReport*>(job.base + report),
-                         reinterpret_cast<const BatchCounts*>(job.base + counts), scenes.count};
+                         reinterpret_cast<const BatchCounts*>(job.base + job.counts), scenes.count};
   return CompactBatch{std::move(*buffer), made};
 }
 

@@ -94,13 +94,14 @@ FileHeader make_header(const EncodeInput& input, const FileLayout& file, const S
 /// Of the tree that is in the file.
 template <class Layout> double exchange_slack(CpuEngine& engine, const FileLayout& file, const std::byte* bytes) {
   const SectionEntry &nodes = file[kNodesAt], &leaves = file[kLeavesAt];
+  const NodePlaces places(nodes, Layout::kId);
   const TreeQuality<Layout> quality{reinterpret_cast<const FileHeader*>(bytes),
-                                    reinterpret_cast<const typename Layout::Node*>(bytes + nodes.offset),
+                                    NodeArray<const typename Layout::Node>(bytes + nodes.offset, places),
                                     reinterpret_cast<const typename Layout::Leaf*>(bytes + leaves.offset),
                                     nodes.offset,
                                     leaves.offset,
                                     {}};
-  return sum_quality(engine, quality, nodes.count).exchange_slack();
+  return sum_quality(engine, quality, places.nodes(nodes)).exchange_slack();
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <hiprt_build/encode/wide_node.h>
 #include <hiprt_build/format/dispatch_layout.h>
+#include <hiprt_build/format/node_places.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/widened_boxes.h>
 
@@ -12,7 +13,7 @@ namespace hiprt::build {
 
 /// Step: the boxes of node i.
 template <class Layout> struct WidenNodeStep {
-  typename Layout::Node* nodes;
+  NodeArray<typename Layout::Node> nodes;
   const FileHeader* header;  ///< With the margin; 0: nothing is to do.
 
   HIPRT_HD void operator()(std::size_t i) const {
@@ -38,7 +39,7 @@ struct WidenHeaderStep {
 /// Step: the header's bounds, those of the widened root. @pre the file has nodes, and WidenNodeStep has widened them.
 template <class Layout> struct WidenBoundsStep {
   FileHeader* header;
-  const typename Layout::Node* nodes;
+  NodeArray<const typename Layout::Node> nodes;
 
   HIPRT_HD void operator()(std::size_t) const {
     if (header->box_margin != 0.0f)
@@ -61,7 +62,8 @@ void widen_file(Engine& engine, std::byte* bytes, std::uint64_t first_node, std:
   auto* header = reinterpret_cast<FileHeader*>(bytes);
   const auto widen = [&](auto layout) {
     using Layout = decltype(layout);
-    auto* records = reinterpret_cast<typename Layout::Node*>(bytes + first_node);
+    const NodeArray<typename Layout::Node> records(bytes + first_node,
+                                                   NodePlaces(sizeof(typename Layout::Node), false));
     WidenHeaderStep{header, nodes}(0);
     if (header->box_margin == 0.0f) return;
     engine.for_each(nodes, WidenNodeStep<Layout>{records, header});

@@ -28,7 +28,7 @@ template <class Layout> class NodeWriter {
       : engine_(engine),
         input_(input),
         file_(file),
-        nodes_(reinterpret_cast<Node*>(bytes + file[kNodesAt].offset)),
+        nodes_(bytes + file[kNodesAt].offset, NodePlaces(file[kNodesAt], Layout::kId)),
         leaf_writer_{input.scene.table(), reinterpret_cast<Leaf*>(bytes + file[kLeavesAt].offset)},
         map_(reinterpret_cast<std::uint32_t*>(bytes + file[kPrimitiveMapAt].offset)) {}
 
@@ -46,7 +46,7 @@ template <class Layout> class NodeWriter {
 
  private:
   NodeRef node_ref(std::uint64_t i) const {
-    return make_ref(file_[kNodesAt].offset + i * sizeof(Node), Layout::kBoxType);
+    return make_ref(file_[kNodesAt].offset + nodes_.places().offset(i), Layout::kBoxType);
   }
   NodeRef leaf_ref(std::uint64_t i, NodeType type) const {
     return make_ref(file_[kLeavesAt].offset + i * sizeof(Leaf), type);
@@ -121,7 +121,7 @@ template <class Layout> class NodeWriter {
   CpuEngine& engine_;
   const EncodeInput& input_;
   const FileLayout& file_;
-  Node* nodes_;
+  NodeArray<Node> nodes_;
   LeafWriter<Layout> leaf_writer_;
   std::uint32_t* map_;
 };

@@ -4,6 +4,7 @@
 
 #include <hiprt_build/collapse/wide_children.h>
 #include <hiprt_build/encode/write_leaf.h>
+#include <hiprt_build/format/node_places.h>
 #include <hiprt_build/tree/binary_tree.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/layout.h>
@@ -80,7 +81,7 @@ template <class Layout> struct WideWriter {
   const LinkedNode* tree;
   const CollapsePlan* plans;
   const LeafPrimitives* primitives;  ///< Of the tree's leaves.
-  Node* nodes;
+  NodeArray<Node> nodes;
   Leaf* leaves;
   std::uint32_t* map;                         ///< Per primitive: kInvalidId. nullptr: not wanted.
   std::uint64_t nodes_offset, leaves_offset;  ///< In the file.
@@ -93,21 +94,21 @@ template <class Layout> struct WideWriter {
     return (ref & kLinkedLeaf) != 0 || plans[ref].is_run();
   }
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef node_ref(std::uint32_t i) const {
-    return make_ref(nodes_offset + std::uint64_t{i} * sizeof(Node), Layout::kBoxType);
+    return make_ref(nodes_offset + nodes.places().offset(i), Layout::kBoxType);
   }
 
   HIPRT_HD HIPRT_FORCE_INLINE static std::uint64_t* task_words(Node* node) {
     return reinterpret_cast<std::uint64_t*>(node);
   }
   HIPRT_HD HIPRT_FORCE_INLINE void post_task(std::uint32_t i, const WideTask& task) const {
-    store_shared(task_words(nodes + i), task.tree);
-    store_shared(task_words(nodes + i) + 1, task.leaves);
+    store_shared(task_words(&nodes[i]), task.tree);
+    store_shared(task_words(&nodes[i]) + 1, task.leaves);
   }
   /// @pre the node is in the queue. All lanes of the team have it before any of them goes on to overwrite it.
   template <class Team> HIPRT_HD HIPRT_FORCE_INLINE WideTask read_task(const Team& team, std::uint32_t i) const {
     see_writes();
     const unsigned half = team.lane() & 1u;
-    const std::uint64_t word = load_shared(task_words(nodes + i) + half);
+    const std::uint64_t word = load_shared(task_words(&nodes[i]) + half);
     return {team.from(0, word), team.from(1, word)};
   }
 

@@ -10,13 +10,13 @@ template <class Layout> class Exporter {
  public:
   explicit Exporter(const BufferView& file)
       : file_(file),
-        nodes_(file.records<typename Layout::Node>(file.nodes)),
+        nodes_(file.node_array<typename Layout::Node>()),
         leaves_(file.records<typename Layout::Leaf>(file.leaves)),
         last_leaf_(file.primitive_map.size(), kInvalidId) {}
 
   ExchangeBvh run() {
     if (file_.header->root == kInvalidRef) return {};
-    result_.nodes.reserve(nodes_.size());
+    result_.nodes.reserve(file_.node_count());
     result_.primitives.reserve(2 * leaves_.size());
     result_.nodes.emplace_back();
     open_.push_back({file_.header->root, file_.header->bounds, 0});
@@ -38,8 +38,7 @@ template <class Layout> class Exporter {
 
   /// A node with one child is not exported: the child takes its place.
   void add_children(const Open& here) {
-    const auto& node =
-        nodes_[static_cast<std::size_t>((ref_offset(here.ref) - file_.nodes.offset) / sizeof(nodes_[0]))];
+    const auto& node = nodes_[file_.node_number(here.ref)];
     Open children[kBranching];
     unsigned count = 0;
     for (unsigned i = 0; i < kBranching; ++i)
@@ -76,7 +75,7 @@ template <class Layout> class Exporter {
   }
 
   const BufferView& file_;
-  std::span<const typename Layout::Node> nodes_;
+  NodeArray<const typename Layout::Node> nodes_;
   std::span<const typename Layout::Leaf> leaves_;
   std::vector<std::uint32_t> last_leaf_;  ///< Per primitive: the last node that holds it.
   std::vector<Open> open_;

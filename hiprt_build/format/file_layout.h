@@ -2,6 +2,7 @@
 /// The offsets of a file's sections. Every writer computes them here.
 
 #include <hiprt_build/format/dispatch_layout.h>
+#include <hiprt_build/format/node_places.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/layout.h>
 
@@ -36,6 +37,11 @@ class FileLayout {
     sections_[count_++] = SectionEntry{static_cast<std::uint32_t>(kind), flags, offset, count, stride};
     byte_size_ = offset + count * stride;
     return offset;
+  }
+  /// Appends section kNodes.
+  void add_nodes(NodeLayout layout, std::uint64_t nodes) {
+    const NodePlaces places(node_size(layout), NodePlaces::has_gaps(layout));
+    add(SectionKind::kNodes, places.count(nodes), places.stride(nodes));
   }
   /// Appends a section with the offset that it has.
   /// @param end of the file so far.
@@ -74,7 +80,7 @@ enum TreeSection : std::uint32_t { kNodesAt, kLeavesAt, kPrimitiveMapAt, kGeomet
 /// @param more sections that will be appended.
 inline FileLayout tree_layout(NodeLayout layout, const FileCounts& counts, std::uint32_t more = 0) {
   FileLayout file(kTreeSections + more);
-  file.add(SectionKind::kNodes, counts.nodes, node_size(layout));
+  file.add_nodes(layout, counts.nodes);
   file.add(SectionKind::kLeaves, counts.leaves, sizeof(FloatLeaf));
   file.add(SectionKind::kPrimitiveMap, counts.primitives, sizeof(std::uint32_t));
   file.add(SectionKind::kGeometries, counts.geometries, sizeof(GeometryRecord));

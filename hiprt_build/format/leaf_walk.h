@@ -29,10 +29,11 @@ template <class Layout, class Visit> Check for_each_leaf(const BufferView& view,
   };
   const NodeRef root = view.header->root;
   if (root != kInvalidRef && !is_box(root)) return visit_run(root, view.header->bounds);
-  for (const auto& node : view.records<typename Layout::Node>(view.nodes))
+  const auto nodes = view.node_array<typename Layout::Node>();
+  for (std::uint64_t i = 0, count = view.node_count(); i < count; ++i)
     for (unsigned c = 0; c < kBranching; ++c)
-      if (node.child[c] != kInvalidRef && !is_box(node.child[c]))
-        if (auto run = visit_run(node.child[c], Layout::box(node, c)); !run) return run;
+      if (const NodeRef child = nodes[i].child[c]; child != kInvalidRef && !is_box(child))
+        if (auto run = visit_run(child, Layout::box(nodes[i], c)); !run) return run;
   return {};
 }
 

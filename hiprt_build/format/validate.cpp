@@ -18,6 +18,23 @@ using namespace format_detail;
 
 namespace {
 
+Check check_zero(const BufferView& view, std::uint64_t begin, std::uint64_t end) {
+  for (std::uint64_t at = begin; at < end; ++at)
+    if (view.bytes[at] != std::byte{0})
+      return fail(FormatError::kBadReservedField, at, std::to_integer<std::uint64_t>(view.bytes[at]), 0);
+  return {};
+}
+
+/// Checks that bytes between nodes are zero.
+Check check_node_gaps(const BufferView& view) {
+  const NodePlaces places = view.node_places();
+  for (std::uint64_t i = 0; i < places.gaps(view.node_count()); ++i) {
+    const std::uint64_t end = view.nodes.offset + places.offset((i + 1) * kNodesPerBlock);
+    if (auto zero = check_zero(view, end - kNodeGranularity, end); !zero) return zero;
+  }
+  return {};
+}
+
 /// Checks that bytes between the sections, and behind the last, are zero.
 Check check_padding(const BufferView& view) {
   const std::uint32_t count = view.header->section_count;
@@ -29,12 +46,10 @@ Check check_padding(const BufferView& view) {
   std::sort(used.begin(), used.begin() + count);
   std::uint64_t end = sizeof(FileHeader) + count * sizeof(SectionEntry);
   for (std::uint32_t i = 0; i <= count; ++i) {
-    for (; end < used[i].first; ++end)
-      if (view.bytes[end] != std::byte{0})
-        return fail(FormatError::kBadReservedField, end, std::to_integer<std::uint64_t>(view.bytes[end]), 0);
+    if (auto zero = check_zero(view, end, used[i].first); !zero) return zero;
     end = std::max(end, used[i].second);
   }
-  return {};
+  return check_node_gaps(view);
 }
 
 /// Checks that the bit kMasks matches the geometries.
@@ -54,7 +69,7 @@ Check check_features(const BufferView& view) {
 /// A tree of n nodes never needs more than 3 n entries. Larger bounds are refused, because readers allocate by them.
 /// @param of_objects the part of the need that belongs to objects.
 Check check_stack_bound(const BufferView& view, std::uint32_t need, std::uint32_t of_objects) {
-  const std::uint64_t most = view.nodes.count * (kBranching - 1) + of_objects, bound = view.header->stack_bound;
+  const std::uint64_t most = view.node_count() * (kBranching - 1) + of_objects, bound = view.header->stack_bound;
   if (bound >= need && bound <= most) return {};
   return fail(FormatError::kStackBound, offsetof(FileHeader, stack_bound), bound, bound < need ? need : most);
 }
@@ -93,7 +108,7 @@ tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& vi
     need = *all;
   }
   if (auto bound = check_stack_bound(view, need, need - tree->stack_need); !bound) return tl::unexpected(bound.error());
-  return ValidateSummary{.nodes = view.nodes.count,
+  return ValidateSummary{.nodes = view.node_count(),
                          .leaves = view.leaves.count,
                          .leaf_runs = tree->leaf_runs,
                          .leaf_triangles = primitives->leaf_triangles,

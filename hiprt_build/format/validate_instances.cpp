@@ -202,12 +202,13 @@ template <class Layout> class InstanceCheck {
   /// Whether the reference is a box node or a leaf of the object. check_parts() checks that a leaf is the first of its
   /// run.
   static bool may_be_part(const BufferView& object, NodeRef ref) {
-    const SectionEntry& section = is_box(ref) ? object.nodes : object.leaves;
+    if (ref == kInvalidRef) return false;
+    if (is_box(ref)) return object.has_node(ref) && ref_type(ref) == Layout::kBoxType;
+    const SectionEntry& section = object.leaves;
     const std::uint64_t offset = ref_offset(ref);
-    if (ref == kInvalidRef || offset < section.offset || offset >= section.offset + section.count * section.stride ||
+    if (offset < section.offset || offset >= section.offset + section.count * section.stride ||
         (offset - section.offset) % section.stride != 0)
       return false;
-    if (is_box(ref)) return ref_type(ref) == Layout::kBoxType;
     // The id bytes of a leaf say its kind.
     const auto& info = reinterpret_cast<const CustomLeaf*>(object.bytes.data() + offset)->info;
     return ref_type(ref) ==

@@ -25,17 +25,18 @@ template <class Layout> class TreeCheck {
  public:
   explicit TreeCheck(const BufferView& view)
       : view_(view),
-        nodes_(view.records<typename Layout::Node>(view.nodes)),
+        nodes_(view.node_array<typename Layout::Node>()),
+        node_count_(view.node_count()),
         leaves_(view.records<typename Layout::Leaf>(view.leaves)),
         allowed_(allowed(view)),
-        slot_(nodes_.size(), kNotReached),
+        slot_(node_count_, kNotReached),
         leaf_reached_(leaves_.size()) {}
 
   tl::expected<TreeSummary, FormatIssue> run() {
     if (auto root = check_root(); !root) return tl::unexpected(root.error());
     // A node's parent lies before it. So at node i all nodes that can reach i have been visited.
-    for (std::uint64_t i = 0; i < nodes_.size(); ++i) {
-      if (slot_[i] == kNotReached) return fail(FormatError::kUnreachable, node_offset(i), i, nodes_.size());
+    for (std::uint64_t i = 0; i < node_count_; ++i) {
+      if (slot_[i] == kNotReached) return fail(FormatError::kUnreachable, node_offset(i), i, node_count_);
       if (auto node = check_node(i); !node) return tl::unexpected(node.error());
     }
     const std::uint64_t lost = leaf_reached_.first_absent(leaves_.size());
@@ -55,7 +56,7 @@ template <class Layout> class TreeCheck {
   static constexpr std::uint32_t kMixed = kTrianglesBelow | kCustomBelow;
   static constexpr std::uint64_t kHeaderRoot = offsetof(FileHeader, root);
 
-  std::uint64_t node_offset(std::uint64_t i) const { return view_.nodes.offset + i * sizeof(typename Layout::Node); }
+  std::uint64_t node_offset(std::uint64_t i) const { return view_.nodes.offset + nodes_.places().offset(i); }
   std::uint64_t leaf_offset(std::uint64_t i) const { return view_.leaves.offset + i * sizeof(typename Layout::Leaf); }
 
   Check check_root() {
@@ -78,22 +79,24 @@ template <class Layout> class TreeCheck {
     return {{box.max[0], box.max[1], box.max[2]}, {box.min[0], box.min[1], box.min[2]}};
   }
 
-  /// Index of the record that @p ref names in a section of records of @p stride bytes.
-  static tl::expected<std::uint64_t, FormatIssue> resolve(NodeRef ref, std::uint64_t at, const SectionEntry& section) {
+  /// Fails unless a record of the section begins where @p ref says.
+  Check check_place(NodeRef ref, std::uint64_t at, const SectionEntry& section) const {
     const std::uint64_t offset = ref_offset(ref), end = section.offset + section.count * section.stride;
-    if (offset < section.offset || offset >= end || (offset - section.offset) % section.stride != 0)
-      return fail(FormatError::kBadReference, at, ref, end);
-    return (offset - section.offset) / section.stride;
+    const bool good = is_box(ref)
+                          ? view_.has_node(ref)
+                          : offset >= section.offset && offset < end && (offset - section.offset) % section.stride == 0;
+    if (good) return {};
+    return fail(FormatError::kBadReference, at, ref, end);
   }
 
   /// @param first the smallest node index that is allowed here.
   /// @param slot the value to store for the node.
   Check enter_node(NodeRef ref, std::uint64_t at, std::uint64_t first, std::uint32_t slot) {
-    const auto index = resolve(ref, at, view_.nodes);
-    if (!index) return tl::unexpected(index.error());
-    if (*index < first) return fail(FormatError::kReferenceOrder, at, ref_offset(ref), node_offset(first));
-    if (slot_[*index] != kNotReached) return fail(FormatError::kSharedNode, at, ref_offset(ref), 1);
-    slot_[*index] = slot;
+    if (auto place = check_place(ref, at, view_.nodes); !place) return place;
+    const std::uint64_t number = view_.node_number(ref);
+    if (number < first) return fail(FormatError::kReferenceOrder, at, ref_offset(ref), node_offset(first));
+    if (slot_[number] != kNotReached) return fail(FormatError::kSharedNode, at, ref_offset(ref), 1);
+    slot_[number] = slot;
     return {};
   }
 
@@ -133,11 +136,11 @@ template <class Layout> class TreeCheck {
 
   /// Checks that the run of leaves at @p ref ends in the section and meets no leaf of another run.
   Check check_run(NodeRef ref, std::uint64_t at) {
-    const auto first = resolve(ref, at, view_.leaves);
-    if (!first) return tl::unexpected(first.error());
+    if (auto place = check_place(ref, at, view_.leaves); !place) return place;
     ++summary_.leaf_runs;
-    for (std::uint64_t leaf = *first;; ++leaf) {
-      if (leaf == leaves_.size()) return fail(FormatError::kUnterminatedRun, at, leaf - *first, leaves_.size());
+    const std::uint64_t first = (ref_offset(ref) - view_.leaves.offset) / view_.leaves.stride;
+    for (std::uint64_t leaf = first;; ++leaf) {
+      if (leaf == leaves_.size()) return fail(FormatError::kUnterminatedRun, at, leaf - first, leaves_.size());
       if (leaf_reached_.insert(leaf)) return fail(FormatError::kSharedNode, at, leaf_offset(leaf), 1);
       if ((leaves_[leaf].info.geometry_and_flags & kLastInRun) != 0) return {};
     }
@@ -213,11 +216,11 @@ template <class Layout> class TreeCheck {
   /// below.
   Check check_mixed_flags() {
     if (allowed_ != kMixed || !Layout::kHasChildFlags) return {};
-    for (std::uint64_t i = nodes_.size(); i-- > 0;) {
+    for (std::uint64_t i = node_count_; i-- > 0;) {
       std::uint32_t all = 0;
       for (unsigned c = 0; c < kBranching; ++c) {
         const NodeRef ref = nodes_[i].child[c];
-        const std::uint32_t here = ref == kInvalidRef ? 0u : is_box(ref) ? slot_[node_index(ref)] : below(ref);
+        const std::uint32_t here = ref == kInvalidRef ? 0u : is_box(ref) ? slot_[view_.node_number(ref)] : below(ref);
         if (auto flags = check_flags(i, c, ref == kInvalidRef ? 0u : child_flags_of(here)); !flags) return flags;
         all |= here;
       }
@@ -226,19 +229,17 @@ template <class Layout> class TreeCheck {
     return {};
   }
 
-  std::uint64_t node_index(NodeRef ref) const { return (ref_offset(ref) - view_.nodes.offset) / view_.nodes.stride; }
-
   /// Computes a number per node from the largest number of its children (leaves: 0), from the last node to the first.
   /// slot_ stores the numbers.
   /// @return the root's number.
   template <class Combine> std::uint32_t fold_upwards(Combine combine) {
-    for (std::uint64_t i = nodes_.size(); i-- > 0;) {
+    for (std::uint64_t i = node_count_; i-- > 0;) {
       std::uint32_t largest = 0;
       unsigned children = 0;
       for (const NodeRef ref : nodes_[i].child) {
         if (ref == kInvalidRef) continue;
         ++children;
-        if (is_box(ref)) largest = std::max(largest, slot_[node_index(ref)]);
+        if (is_box(ref)) largest = std::max(largest, slot_[view_.node_number(ref)]);
       }
       slot_[i] = combine(children, largest);
     }
@@ -246,7 +247,8 @@ template <class Layout> class TreeCheck {
   }
 
   const BufferView& view_;
-  std::span<const typename Layout::Node> nodes_;
+  NodeArray<const typename Layout::Node> nodes_;
+  std::uint64_t node_count_;
   std::span<const typename Layout::Leaf> leaves_;
   std::uint32_t allowed_;    ///< Kinds of leaves of the header's features.
   std::uint32_t below_ = 0;  ///< Kinds of leaves that were found.

@@ -83,6 +83,20 @@ bool overlap(const SectionEntry& a, const SectionEntry& b) {
   return a_size != 0 && b_size != 0 && a.offset < b.offset + b_size && b.offset < a.offset + a_size;
 }
 
+tl::expected<void, FormatIssue> check_stride(const BufferView& view, const KnownSection& known,
+                                             const SectionEntry& entry, std::uint64_t at) {
+  const std::uint64_t stride = known.stride != 0 ? known.stride : node_size(view.layout());
+  if (entry.stride == stride) return {};
+  const NodePlaces places(entry, view.layout());
+  const std::uint64_t nodes = known.kind == SectionKind::kNodes ? places.nodes(entry) : 0;
+  if (!places.has_gaps() || entry.stride != places.stride(nodes))
+    return fail(FormatError::kSectionStride, at + 24, entry.stride, stride);
+  // A gap does not end the section, and nothing else is as small.
+  if (entry.count != places.count(nodes))
+    return fail(FormatError::kSectionRange, at + 16, entry.count, places.count(nodes));
+  return {};
+}
+
 /// Stores @p entry under its kind in @p view.
 /// @param seen bit i: kKnownSections[i] was found before.
 tl::expected<void, FormatIssue> assign(BufferView& view, const SectionEntry& entry, std::uint64_t at,
@@ -90,8 +104,7 @@ tl::expected<void, FormatIssue> assign(BufferView& view, const SectionEntry& ent
   for (std::size_t k = 0; k < kKnownSections.size(); ++k) {
     if (entry.kind != static_cast<std::uint32_t>(kKnownSections[k].kind)) continue;
     if ((seen >> k & 1u) != 0) return fail(FormatError::kDuplicateSection, at, entry.kind, 1);
-    const std::uint64_t stride = kKnownSections[k].stride != 0 ? kKnownSections[k].stride : node_size(view.layout());
-    if (entry.stride != stride) return fail(FormatError::kSectionStride, at + 24, entry.stride, stride);
+    if (auto stride = check_stride(view, kKnownSections[k], entry, at); !stride) return stride;
     seen |= 1u << k;
     view.*kKnownSections[k].entry = entry;
     return {};

@@ -6,6 +6,7 @@
 #include <hiprt_build/export.h>
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/format/error.h>
+#include <hiprt_build/format/node_places.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/format/layout.h>
@@ -71,6 +72,20 @@ struct BufferView {
   /// @pre open_buffer() accepted this file.
   std::span<const std::byte> object_file(const ObjectRecord& object) const {
     return bytes.subspan(static_cast<std::size_t>(object.offset), static_cast<std::size_t>(object.size));
+  }
+  /// Number of box nodes.
+  std::uint64_t node_count() const { return node_places().nodes(nodes); }
+  NodePlaces node_places() const { return {nodes, layout()}; }
+  /// The number of a box node. @pre open_buffer() accepted the file, and the node lies in it.
+  std::uint64_t node_number(NodeRef ref) const { return node_places().number(ref_offset(ref) - nodes.offset); }
+  /// Whether a box node begins where the reference says, whatever its type.
+  bool has_node(NodeRef ref) const {
+    const std::uint64_t offset = ref_offset(ref);
+    return offset >= nodes.offset && node_places().is_node(offset - nodes.offset, node_count());
+  }
+  /// @tparam Node of the file's layout.
+  template <class Node> NodeArray<const Node> node_array() const {
+    return {bytes.data() + nodes.offset, node_places()};
   }
   NodeLayout layout() const { return static_cast<NodeLayout>(header->layout); }
   /// @tparam Record the record type of the file's layout (Node or Leaf of layout.h).

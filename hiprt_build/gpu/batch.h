@@ -41,6 +41,7 @@ struct BatchReport {
 /// Numbers of records of one scene.
 struct BatchCounts {
   std::uint32_t nodes = 0, leaves = 0;
+  std::uint32_t gaps = 0;  ///< 1: 64 bytes are unused after every 64 nodes (FORMAT_NODES.md).
 };
 
 /// Where the results will be: in the output's memory.

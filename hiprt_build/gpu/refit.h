@@ -17,6 +17,7 @@ struct SceneParts {
   NodeLayout layout = NodeLayout::kPlanes;
   NodeRef root = kInvalidRef;
   std::uint64_t first_node = 0, nodes = 0;  ///< Byte offset in the file, and how many.
+  bool node_gaps = false;                   ///< Whether 64 bytes are unused after every 64 nodes (FORMAT_NODES.md).
   std::uint64_t first_leaf = 0, leaves = 0;
   const GeometryRecord* geometries = nullptr;  ///< On the device.
   std::uint32_t geometry_count = 0;

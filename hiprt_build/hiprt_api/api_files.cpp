@@ -85,7 +85,7 @@ Result<std::shared_ptr<api::Pool>> load(const SceneFile& file) {
   if (!scene) return tl::unexpected(scene.error());
   gpu::BuildReport report;
   report.view = scene->view;
-  report.nodes = static_cast<std::uint32_t>(file.view().nodes.count);
+  report.nodes = static_cast<std::uint32_t>(file.view().node_count());
   report.leaves = static_cast<std::uint32_t>(file.view().leaves.count);
   report.geometries = file.view().header->geometry_count;
   return api::pool_of_one(allocator, scene->buffer.data(), report, nullptr);

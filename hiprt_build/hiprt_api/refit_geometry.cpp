@@ -30,6 +30,7 @@ Result<gpu::SceneParts> parts_of(const Member& member, hipStream_t stream) {
                          .root = head.report.view.root,
                          .first_node = head.sections[kNodesAt].offset,
                          .nodes = head.report.nodes,
+                         .node_gaps = NodePlaces(head.sections[kNodesAt], head.report.view.layout).has_gaps(),
                          .first_leaf = head.sections[kLeavesAt].offset,
                          .leaves = head.report.leaves,
                          .geometries = head.report.view.geometries,

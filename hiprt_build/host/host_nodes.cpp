@@ -46,14 +46,14 @@ float leaves_cost(float area, unsigned leaves) {
 
 class Maker {
  public:
-  explicit Maker(const BufferView& file) : file_(file), nodes_(file.records<PlanesBoxNode>(file.nodes)) {}
+  explicit Maker(const BufferView& file) : file_(file), nodes_(file.node_array<PlanesBoxNode>()) {}
 
   HostNodes make() {
-    plans_.resize(nodes_.size());
+    plans_.resize(file_.node_count());
     const std::uint32_t root = number(file_.header->root);
     plan(root, 1);
     if (is_too_deep_) return {};
-    made_.reserve(nodes_.size() / 3 + 1);
+    made_.reserve(file_.node_count() / 3 + 1);
     if (emit({root, plans_[root].top()}) + kWideBranching - 1 > kHostStack) return {};
     for (HostNode& node : made_)
       for (HostRef& child : node.child)
@@ -78,9 +78,7 @@ class Maker {
     unsigned count = 0;
   };
 
-  std::uint32_t number(NodeRef ref) const {
-    return static_cast<std::uint32_t>((ref_offset(ref) - file_.nodes.offset) / sizeof(PlanesBoxNode));
-  }
+  std::uint32_t number(NodeRef ref) const { return static_cast<std::uint32_t>(file_.node_number(ref)); }
   const PlanesLeaf& leaf(std::uint64_t offset) const {
     return *reinterpret_cast<const PlanesLeaf*>(file_.bytes.data() + offset);
   }
@@ -273,7 +271,7 @@ class Maker {
   }
 
   BufferView file_;
-  std::span<const PlanesBoxNode> nodes_;
+  NodeArray<const PlanesBoxNode> nodes_;
   std::vector<Plan> plans_;
   HostNodes made_;
   bool is_too_deep_ = false;

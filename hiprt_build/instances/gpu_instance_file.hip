@@ -26,7 +26,7 @@ constexpr std::uint32_t kInstancesAt = kProvenanceAt, kObjectsAt = kInstancesAt 
 FileLayout scene_layout(const InstanceReport& report, std::uint64_t objects, std::uint64_t object_bytes,
                         std::uint64_t segments, std::uint64_t provenance) {
   FileLayout file(segments == 0 ? kMotionsAt : kSegmentsAt + 1);
-  file.add(SectionKind::kNodes, report.nodes, node_size(report.view.layout));
+  file.add_nodes(report.view.layout, report.nodes);
   file.add(SectionKind::kLeaves, report.leaves, sizeof(CustomLeaf));
   file.add(SectionKind::kPrimitiveMap, report.instances, sizeof(std::uint32_t));
   file.add(SectionKind::kGeometries, 1, sizeof(GeometryRecord));
@@ -94,7 +94,9 @@ void write_header(std::byte* bytes, const InstanceReport& report, const FileLayo
 
 void move_children(std::byte* nodes, const InstanceReport& report, const FileLayout& from, const FileLayout& to) {
   dispatch_layout(report.view.layout, [&](auto layout) {
-    auto* records = reinterpret_cast<typename decltype(layout)::Node*>(nodes);
+    using Node = typename decltype(layout)::Node;
+    const NodeArray<Node> records(nodes, NodePlaces(to[kNodesAt], report.view.layout));
+    for (std::uint64_t i = 0; i < records.places().gaps(report.nodes); ++i) records.clear_gap(i);
     for (std::uint32_t i = 0; i < report.nodes; ++i)
       for (NodeRef& child : records[i].child) child = moved(child, from, to);
   });

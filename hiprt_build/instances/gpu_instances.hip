@@ -214,14 +214,15 @@ class InstanceBuild {
   template <class T> T* section(TreeSection i) const { return reinterpret_cast<T*>(output_ + file_[i].offset); }
 
   template <class Layout> void move(BuildReport* built) {
-    const build::RefitFile<Layout> file{reinterpret_cast<FileHeader*>(output_),
-                                        section<typename Layout::Node>(kNodesAt),
-                                        section<typename Layout::Leaf>(kLeavesAt),
-                                        file_[kNodesAt].offset,
-                                        file_[kLeavesAt].offset,
-                                        memory_.geometry,
-                                        memory_.parents,
-                                        memory_.outer};
+    const build::RefitFile<Layout> file{
+        reinterpret_cast<FileHeader*>(output_),
+        NodeArray<typename Layout::Node>(output_ + file_[kNodesAt].offset, NodePlaces(file_[kNodesAt], Layout::kId)),
+        section<typename Layout::Leaf>(kLeavesAt),
+        file_[kNodesAt].offset,
+        file_[kLeavesAt].offset,
+        memory_.geometry,
+        memory_.parents,
+        memory_.outer};
     const UpdatePlan<Layout> plan{file, built, section<std::uint32_t>(kPrimitiveMapAt)};
     const std::uint32_t count = std::max(1u, instances_.count);
     steps_.each(count, "begin_update", begin_update<Layout>, plan, memory_.boxes, instances_.count, memory_.needs);

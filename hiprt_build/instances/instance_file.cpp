@@ -165,8 +165,8 @@ class InstanceFile {
   void shift_nodes() {
     dispatch_layout(tree_.layout(), [&](auto layout) {
       using Node = typename decltype(layout)::Node;
-      auto* nodes = reinterpret_cast<Node*>(bytes_ + tree_.nodes.offset + shift_);
-      for (std::size_t i = 0; i < tree_.nodes.count; ++i)
+      const NodeArray<Node> nodes(bytes_ + tree_.nodes.offset + shift_, tree_.node_places());
+      for (std::size_t i = 0, count = tree_.node_count(); i < count; ++i)
         for (NodeRef& child : nodes[i].child)
           if (child != kInvalidRef) child = shifted(child, shift_);
     });

@@ -98,6 +98,9 @@ class Enqueuer {
     });
   }
 
+  template <class Layout> NodeArray<typename Layout::Node> nodes() const {
+    return {section<std::byte>(kNodesAt), NodePlaces(output_.file[kNodesAt], Layout::kId)};
+  }
   template <class T> T* section(TreeSection i) const {
     return reinterpret_cast<T*>(output_.base + output_.file[i].offset);
   }
@@ -296,7 +299,7 @@ class Enqueuer {
                                     tree_memory_.nodes,
                                     tree_memory_.plans,
                                     tree_memory_.primitives,
-                                    section<typename Layout::Node>(kNodesAt),
+                                    nodes<Layout>(),
                                     section<typename Layout::Leaf>(kLeavesAt),
                                     section<std::uint32_t>(kPrimitiveMapAt),
                                     output_.file[kNodesAt].offset,
@@ -316,7 +319,7 @@ class Enqueuer {
     if constexpr (!WideWriter<Layout>::kBoxesApart) {
       build::RefitFile<Layout> file{};
       file.header = reinterpret_cast<FileHeader*>(output_.base);
-      file.nodes = section<typename Layout::Node>(kNodesAt);
+      file.nodes = nodes<Layout>();
       file.leaves = section<typename Layout::Leaf>(kLeavesAt);
       file.first_node = output_.file[kNodesAt].offset;
       file.first_leaf = output_.file[kLeavesAt].offset;
@@ -332,7 +335,7 @@ class Enqueuer {
     if constexpr (may_be_widened(Layout::kId)) {
       if (!options_.widen_boxes) return;
       auto* header = reinterpret_cast<FileHeader*>(output_.base);
-      auto* nodes = section<typename Layout::Node>(kNodesAt);
+      const auto nodes = this->nodes<Layout>();
       steps_.one("widen_header", widen_header, header, report);
       steps_.each(plan_.wide, "widen_nodes", widen_nodes<Layout>, build::WidenNodeStep<Layout>{nodes, header}, report);
       steps_.one("widen_view", widen_view<Layout>, build::WidenBoundsStep<Layout>{header, nodes}, report);

@@ -31,7 +31,7 @@ Result<void> enqueue_file(const BuildJob& job, hipStream_t stream);
 Result<void> check_report(const BuildReport& report);
 
 /// Zero bytes between the sections of a file on the device.
-Result<void> clear_gaps(std::byte* base, const FileLayout& file, hipStream_t stream);
+Result<void> clear_gaps(std::byte* base, const FileLayout& file, NodeLayout layout, hipStream_t stream);
 
 /// With the device's functions.
 Result<void> check_memory(const char* function, std::initializer_list<const std::byte*> memory);

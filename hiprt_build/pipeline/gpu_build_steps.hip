@@ -109,7 +109,7 @@ struct BuildSteps::State {
       if (done && (step == Step::kSplit || !plan.gapped())) done = enqueue_split(job, stream);
       if (done && step == Step::kTree) done = enqueue_tree(job, stream);
     } else {
-      done = clear_gaps(now.output.base, file, stream);
+      done = clear_gaps(now.output.base, file, plan.layout, stream);
       if (done)
         done = copy(now.output.records, output.records, plan.geometries * sizeof(GeometryRecord),
                     hipMemcpyDeviceToDevice, stream);

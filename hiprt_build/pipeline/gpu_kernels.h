@@ -124,7 +124,10 @@ inline __device__ void write_head(OutputPlan& plan, const FinishedTree& tree, co
   header.bounds = state.bounds.get();
   header.primitive_count = plan.primitives;
   *reinterpret_cast<FileHeader*>(plan.base) = header;
-  plan.sections[kNodesAt].count = tree.nodes;
+  SectionEntry& nodes = plan.sections[kNodesAt];
+  const NodePlaces places(nodes, plan.layout);
+  nodes.count = places.count(tree.nodes);
+  nodes.stride = places.stride(tree.nodes);
   plan.sections[kLeavesAt].count = state.counts.leaves;
   for (unsigned i = 0; i < kTreeSections; ++i)
     reinterpret_cast<SectionEntry*>(plan.base + sizeof(FileHeader))[i] = plan.sections[i];

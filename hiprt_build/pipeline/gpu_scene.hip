@@ -17,13 +17,20 @@ constexpr std::uint64_t kHeadSize = FileLayout::head_size(kTreeSections);
 /// Nodes whose children move by so many bytes: for a file whose gaps are closed.
 template <class Node>
 __global__ void __launch_bounds__(kMoveBlock)
-    move_nodes(const Node* from, Node* to, std::uint32_t count, std::uint64_t leaves_from, std::uint32_t leaves_back) {
+    move_nodes(NodeArray<const Node> from, NodeArray<Node> to, std::uint32_t count, std::uint64_t leaves_from,
+               std::uint32_t leaves_back) {
   const std::uint32_t i = blockIdx.x * kMoveBlock + threadIdx.x;
   if (i >= count) return;
   Node node = from[i];
   for (unsigned c = 0; c < kBranching; ++c)
     if (node.child[c] != kInvalidRef && ref_offset(node.child[c]) >= leaves_from) node.child[c] -= leaves_back << 3;
   to[i] = node;
+}
+
+/// @param gaps between the nodes.
+__global__ void __launch_bounds__(kMoveBlock) clear_node_gaps(NodeArray<PlanesBoxNode> nodes, std::uint64_t gaps) {
+  const std::uint64_t i = std::uint64_t{blockIdx.x} * kMoveBlock + threadIdx.x;
+  if (i < gaps) nodes.clear_gap(i);
 }
 
 /// A report with the head of its file.
@@ -51,10 +58,10 @@ Result<void> move_sections(const Downloaded& from, const FileLayout& file, std::
   const std::uint64_t back = sections[kLeavesAt].offset - file[kLeavesAt].offset;
   auto done =
       launch(move_nodes<Node>, std::uint64_t{from.report.nodes}, stream, {.block = kMoveBlock, .name = "move_nodes"},
-             reinterpret_cast<const Node*>(base + sections[kNodesAt].offset),
-             reinterpret_cast<Node*>(to + file[kNodesAt].offset), from.report.nodes, sections[kLeavesAt].offset,
-             static_cast<std::uint32_t>(back / kNodeGranularity));
-  if (done) done = clear_gaps(to, file, stream);
+             NodeArray<const Node>(base + sections[kNodesAt].offset, NodePlaces(sections[kNodesAt], Layout::kId)),
+             NodeArray<Node>(to + file[kNodesAt].offset, NodePlaces(file[kNodesAt], Layout::kId)), from.report.nodes,
+             sections[kLeavesAt].offset, static_cast<std::uint32_t>(back / kNodeGranularity));
+  if (done) done = clear_gaps(to, file, Layout::kId, stream);
   for (unsigned i = kLeavesAt; i < kProvenanceAt && done; ++i)
     done = copy(to + file[i].offset, base + sections[i].offset, file[i].count * file[i].stride, hipMemcpyDeviceToDevice,
                 stream);
@@ -63,7 +70,13 @@ Result<void> move_sections(const Downloaded& from, const FileLayout& file, std::
 
 }  // namespace
 
-Result<void> clear_gaps(std::byte* base, const FileLayout& file, hipStream_t stream) {
+Result<void> clear_gaps(std::byte* base, const FileLayout& file, NodeLayout layout, hipStream_t stream) {
+  const NodePlaces places(file[kNodesAt], layout);
+  if (const std::uint64_t gaps = places.gaps(places.nodes(file[kNodesAt])); gaps != 0)
+    if (auto done = launch(clear_node_gaps, gaps, stream, {.block = kMoveBlock, .name = "clear_node_gaps"},
+                           NodeArray<PlanesBoxNode>(base + file[kNodesAt].offset, places), gaps);
+        !done)
+      return done;
   std::uint64_t end = kHeadSize;
   for (const SectionEntry& section : file) {
     const std::uint64_t gap = std::min(section.offset, file.byte_size()) - std::min(end, file.byte_size());

@@ -39,7 +39,8 @@ template <class Layout> class Refitter {
   Refitter(const SceneParts& scene, std::byte* memory, hipStream_t stream, const build::SahCosts& costs)
       : scene_(scene), arena_(memory), scratch_(arena_, scene), stream_(stream) {
     auto* header = reinterpret_cast<FileHeader*>(scene.base);
-    auto* nodes = reinterpret_cast<typename Layout::Node*>(scene.base + scene.first_node);
+    const NodeArray<typename Layout::Node> nodes(scene.base + scene.first_node,
+                                                 NodePlaces(sizeof(typename Layout::Node), scene.node_gaps));
     auto* leaves = reinterpret_cast<typename Layout::Leaf*>(scene.base + scene.first_leaf);
     file_ = build::RefitFile<Layout>{
         header,           nodes,         leaves, scene.first_node, scene.first_leaf, scratch_.geometries,
@@ -129,6 +130,7 @@ SceneParts parts_of(BuiltScene& scene) {
           .root = scene.view.root,
           .first_node = file[kNodesAt].offset,
           .nodes = report.nodes,
+          .node_gaps = NodePlaces::has_gaps(scene.view.layout),
           .first_leaf = file[kLeavesAt].offset,
           .leaves = report.leaves,
           .geometries = scene.view.geometries,
@@ -141,7 +143,8 @@ SceneParts parts_of(DeviceScene& scene, const BufferView& view) {
           view.layout(),
           view.header->root,
           view.nodes.offset,
-          view.nodes.count,
+          view.node_count(),
+          view.node_places().has_gaps(),
           view.leaves.offset,
           view.leaves.count,
           scene.view.geometries,

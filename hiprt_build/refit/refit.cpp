@@ -141,10 +141,10 @@ template <class Layout> class Refit {
         view_(view),
         input_(input),
         geometries_(input.geometries),
-        parents_(engine.allocate<std::uint32_t>(view.nodes.count)),
-        parts_(CpuEngine::chunk_count(view.nodes.count)),
+        parents_(engine.allocate<std::uint32_t>(view.node_count())),
+        parts_(CpuEngine::chunk_count(view.node_count())),
         file_{reinterpret_cast<FileHeader*>(bytes.data()),
-              reinterpret_cast<typename Layout::Node*>(bytes.data() + view.nodes.offset),
+              NodeArray<typename Layout::Node>(bytes.data() + view.nodes.offset, view.node_places()),
               reinterpret_cast<typename Layout::Leaf*>(bytes.data() + view.leaves.offset),
               view.nodes.offset,
               view.leaves.offset,
@@ -155,13 +155,13 @@ template <class Layout> class Refit {
   /// @param writing set once nothing can go wrong and the first byte is about to be written.
   Result<RefitStatistics> run(const RefitOptions& options, bool& writing) {
     Stopwatch total, watch;
-    RefitStatistics statistics{.nodes = view_.nodes.count, .leaves = view_.leaves.count};
+    RefitStatistics statistics{.nodes = view_.node_count(), .leaves = view_.leaves.count};
     engine_.monitor().start("check", 0.35, input_.primitive_count() + view_.leaves.count);
     if (auto checked = check(); !checked) return tl::unexpected(checked.error());
     BuiltTree built = read_built_tree(view_.provenance);
     if (!built.sah_cost || !built.exchange_slack) complete(built);
     statistics.check_seconds = watch.lap();
-    engine_.monitor().start("refit", 0.95, view_.leaves.count + 3 * view_.nodes.count);
+    engine_.monitor().start("refit", 0.95, view_.leaves.count + 3 * view_.node_count());
     writing = true;
     write();
     statistics.write_seconds = watch.lap();
@@ -184,12 +184,12 @@ template <class Layout> class Refit {
   }
 
   void write() {
-    engine_.for_each(view_.nodes.count, LinkUpStep<Layout>{file_});
+    engine_.for_each(view_.node_count(), LinkUpStep<Layout>{file_});
     engine_.for_each(view_.leaves.count, MoveLeafStep<Layout>{file_});
-    engine_.for_each(view_.nodes.count, RefitNodeStep<Layout>{file_});
+    engine_.for_each(view_.node_count(), RefitNodeStep<Layout>{file_});
     if (file_.header->root != kInvalidRef) MoveBoundsStep<Layout>{file_}(0);
     if ((file_.header->features & feature_bit(Feature::kWidenedBoxes)) != 0)
-      widen_file(engine_, bytes_.data(), view_.nodes.offset, view_.nodes.count);
+      widen_file(engine_, bytes_.data(), view_.nodes.offset, view_.node_count());
     for (std::size_t c = 0; c < input_.customs.size(); ++c) {
       const std::span<const ShapePoint> points = input_.customs[c].shapes.points;
       if (points.empty()) continue;
@@ -205,14 +205,14 @@ template <class Layout> class Refit {
   /// What the provenance does not say: of the tree as it is.
   void complete(BuiltTree& built) {
     const TreeQuality<Layout> now = quality(built.costs);
-    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count, parts_);
+    const QualitySums sums = sum_quality(engine_, now, view_.node_count(), parts_);
     if (!built.sah_cost) built.sah_cost = now.sah_cost(sums);
     if (!built.exchange_slack) built.exchange_slack = sums.exchange_slack();
   }
 
   void advise(RefitStatistics& statistics, const BuiltTree& built, const RefitOptions& options) {
     const TreeQuality<Layout> now = quality(built.costs);
-    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count, parts_);
+    const QualitySums sums = sum_quality(engine_, now, view_.node_count(), parts_);
     statistics.sah_cost_built = *built.sah_cost;
     statistics.sah_cost = now.sah_cost(sums);
     statistics.exchange_slack_built = *built.exchange_slack;

@@ -6,6 +6,7 @@
 /// MoveBoundsStep (1).
 
 #include <hiprt_build/encode/wide_node.h>
+#include <hiprt_build/format/node_places.h>
 #include <hiprt_build/refit/moved_geometry.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/math/atomic.h>
@@ -45,7 +46,7 @@ template <class Layout> struct RefitFile {
   static_assert(kAddressLimit / sizeof(Node) <= 1u << (32 - kArrivalBits));
 
   FileHeader* header;
-  Node* nodes;
+  NodeArray<Node> nodes;
   Leaf* leaves;
   std::uint64_t first_node, first_leaf;  ///< Byte offsets in the file.
   const GeometryView* geometries;        ///< By number.
@@ -55,7 +56,7 @@ template <class Layout> struct RefitFile {
   const Box* leaf_boxes = nullptr;
 
   HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t node(NodeRef ref) const {
-    return static_cast<std::uint32_t>((ref_offset(ref) - first_node) / sizeof(Node));
+    return static_cast<std::uint32_t>(nodes.places().number(ref_offset(ref) - first_node));
   }
   HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t leaf(NodeRef ref) const {
     return static_cast<std::uint32_t>((ref_offset(ref) - first_leaf) / sizeof(Leaf));

@@ -22,26 +22,22 @@ template <class Layout> class TreeMeter {
  public:
   TreeMeter(const BufferView& view, const SahCosts& costs)
       : view_(view),
-        nodes_(view.records<typename Layout::Node>(view.nodes)),
+        nodes_(view.node_array<typename Layout::Node>()),
         leaves_(view.records<typename Layout::Leaf>(view.leaves)),
-        quality_{view.header, nodes_.data(), leaves_.data(), view.nodes.offset, view.leaves.offset, costs} {}
+        quality_{view.header, nodes_, leaves_.data(), view.nodes.offset, view.leaves.offset, costs} {}
 
   TreeStatistics measure() {
-    result_.nodes = nodes_.size();
+    result_.nodes = view_.node_count();
     result_.leaves = leaves_.size();
     const NodeRef root = view_.header->root;
     if (root == kInvalidRef) return result_;
     if (!is_box(root)) count_run(root);
-    for (std::size_t i = 0; i < nodes_.size(); ++i) add_node(i);
+    for (std::size_t i = 0; i < result_.nodes; ++i) add_node(i);
     finish(exact_half_area(view_.header->bounds));
     return result_;
   }
 
  private:
-  std::size_t node_index(NodeRef ref) const {
-    return static_cast<std::size_t>((ref_offset(ref) - view_.nodes.offset) / view_.nodes.stride);
-  }
-
   void count_run(NodeRef ref) {
     ++result_.leaf_runs;
     const bool custom = ref_type(ref) == NodeType::kProcedural;
@@ -73,11 +69,11 @@ template <class Layout> class TreeMeter {
 
   /// Box nodes below the root, counted from the back: a node's children are done before it.
   std::uint32_t depth() const {
-    std::vector<std::uint32_t> depths(nodes_.size());
-    for (std::size_t i = nodes_.size(); i-- > 0;) {
+    std::vector<std::uint32_t> depths(result_.nodes);
+    for (std::size_t i = depths.size(); i-- > 0;) {
       std::uint32_t deepest = 0;
       for (const NodeRef ref : nodes_[i].child)
-        if (ref != kInvalidRef && is_box(ref)) deepest = std::max(deepest, depths[node_index(ref)]);
+        if (ref != kInvalidRef && is_box(ref)) deepest = std::max(deepest, depths[view_.node_number(ref)]);
       depths[i] = deepest + 1;
     }
     return depths.empty() ? 0 : depths[0];
@@ -89,14 +85,14 @@ template <class Layout> class TreeMeter {
     if (result_.nodes != 0) result_.fill = static_cast<double>(children_) / (nodes * kBranching);
     if (result_.leaves != 0)
       result_.pair_fill = static_cast<double>(result_.leaf_triangles + result_.leaf_customs) / (leaves * 2);
-    const double node_area = sums_.inner + (nodes_.empty() ? 0.0 : root_area);
+    const double node_area = sums_.inner + (result_.nodes == 0 ? 0.0 : root_area);
     if (node_area > 0) result_.sibling_overlap = overlap_area_ / node_area;
     result_.exchange_slack = sums_.exchange_slack();
     result_.sah_cost = quality_.sah_cost(sums_);
   }
 
   const BufferView& view_;
-  std::span<const typename Layout::Node> nodes_;
+  NodeArray<const typename Layout::Node> nodes_;
   std::span<const typename Layout::Leaf> leaves_;
   TreeQuality<Layout> quality_;
   QualitySums sums_;

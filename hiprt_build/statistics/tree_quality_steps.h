@@ -3,6 +3,7 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/encode/wide_node.h>
+#include <hiprt_build/format/node_places.h>
 #include <hiprt_device/format/buffer.h>
 
 namespace hiprt::build {
@@ -38,7 +39,7 @@ template <class Layout> struct TreeQuality {
   using Leaf = typename Layout::Leaf;
 
   const FileHeader* header;
-  const Node* nodes;
+  NodeArray<const Node> nodes;
   const Leaf* leaves;
   std::uint64_t first_node, first_leaf;  ///< Byte offsets in the file.
   SahCosts costs;
@@ -48,7 +49,7 @@ template <class Layout> struct TreeQuality {
     return build::stated_box<Layout>(node, child, header->bounds);
   }
   HIPRT_HD HIPRT_FORCE_INLINE const Node& node(NodeRef ref) const {
-    return nodes[(ref_offset(ref) - first_node) / sizeof(Node)];
+    return nodes[nodes.places().number(ref_offset(ref) - first_node)];
   }
   /// The first leaf of a run.
   HIPRT_HD HIPRT_FORCE_INLINE const Leaf* run(NodeRef ref) const {

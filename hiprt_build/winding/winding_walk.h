@@ -46,8 +46,7 @@ template <class Layout> class WindingWalk {
       return close(node);
     }
     steps_.push_back({true, node});
-    const auto nodes = view_.records<typename Layout::Node>(view_.nodes);
-    const auto& box_node = nodes[static_cast<std::size_t>((ref_offset(ref) - view_.nodes.offset) / view_.nodes.stride)];
+    const auto& box_node = view_.node_array<typename Layout::Node>()[view_.node_number(ref)];
     for (unsigned c = kBranching; c-- > 0;)
       if (box_node.child[c] != kInvalidRef) steps_.push_back({false, box_node.child[c]});
   }

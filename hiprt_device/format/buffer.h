@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little,
 /// The first bytes of a file, and the alignments in memory of its sections and of the file itself.
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
-inline constexpr std::uint16_t kVersionMinor = 7;
+inline constexpr std::uint16_t kVersionMinor = 8;
 inline constexpr std::uint64_t kSectionAlignment = 128;
 inline constexpr std::uint64_t kBufferAlignment = 256;
 /// The maximal number of sections. It keeps the check of a hostile file cheap.

@@ -73,7 +73,7 @@ struct alignas(128) FloatBoxNode {
 };
 
 /// Box node of layout `planes`: plane[axis][side][child], side 0 = minimum, 1 = maximum.
-struct alignas(128) PlanesBoxNode {
+struct alignas(64) PlanesBoxNode {
   NodeRef child[kBranching];
   float plane[3][2][kBranching];
   std::uint32_t child_flags;

@@ -83,11 +83,12 @@ HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const QuantizedBox
 namespace node_lanes_detail {
 
 /// The address of a side by one integer multiplication and addition. These run beside comparisons, selections and
-/// logical instructions, which limit coherent rays. A node does not cross a multiple of 4 GiB.
+/// logical instructions, which limit coherent rays. The low half of the address does not overflow: a node begins at a
+/// multiple of 64.
 template <bool kFar>
 HIPRT_HD HIPRT_FORCE_INLINE const float* planes_of(const PlanesBoxNode& node, unsigned axis, float direction) {
-  static_assert(alignof(PlanesBoxNode) == sizeof(PlanesBoxNode));
   constexpr int kSide = sizeof(node.plane[0][0]);
+  static_assert(alignof(PlanesBoxNode) > kSide);
   const auto address = reinterpret_cast<std::uint64_t>(&node);
   std::uint32_t low;
   asm("mad.lo.u32 %0, %1, %2, %3;"

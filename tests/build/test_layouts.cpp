@@ -102,8 +102,9 @@ TEST_CASE("one tree in every layout has the same leaves and tight boxes") {
         const Built other = built(scene.mesh, {.builder = builder, .nodes = layout});
         CHECK(other.view.header->version_minor == kVersionMinor);
         CHECK(leaf_bits(other.view) == leaves);
-        CHECK(other.view.nodes.count == reference.view.nodes.count);
-        CHECK(other.view.nodes.stride == node_size(layout));
+        CHECK(other.view.node_count() == reference.view.node_count());
+        const bool gaps = layout == NodeLayout::kPlanes && other.view.node_count() > 64;
+        CHECK(other.view.nodes.stride == (gaps ? 64 : node_size(layout)));
         CHECK(std::equal(other.view.primitive_map.begin(), other.view.primitive_map.end(),
                          reference.view.primitive_map.begin(), reference.view.primitive_map.end()));
         const build::TreeStatistics tree = build::measure_tree(other.view), exact = build::measure_tree(reference.view);

@@ -57,7 +57,7 @@ TEST_CASE("a refit without motion changes no byte") {
         File file = built(scene.mesh, {.builder = builder, .nodes = layout});
         const std::string before = file.copy();
         const build::RefitStatistics statistics = refitted(file, scene.mesh);
-        CHECK(statistics.nodes == file.view().nodes.count);
+        CHECK(statistics.nodes == file.view().node_count());
         CHECK(statistics.leaves == file.view().leaves.count);
         CHECK((statistics.check_seconds > 0 && statistics.write_seconds > 0 && statistics.measure_seconds > 0));
         CHECK(statistics.check_seconds + statistics.write_seconds + statistics.measure_seconds <=

@@ -6,6 +6,7 @@
 #include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/motions.h>
+#include <tests/oracle/nodes_of.h>
 #include <tests/oracle/odd_meshes.h>
 
 #include <cstring>
@@ -27,7 +28,7 @@ void set_provenance(File& file, std::string text) {
 
 /// TreeStatistics::exchange_slack from its definition.
 double slack_of(const BufferView& view) {
-  const auto nodes = view.records<PlanesBoxNode>(view.nodes);
+  const auto nodes = oracle::nodes_of<PlanesBoxNode>(view);
   const auto area = [](const Box& box) {
     const double x = double{box.max[0]} - double{box.min[0]}, y = double{box.max[1]} - double{box.min[1]},
                  z = double{box.max[2]} - double{box.min[2]};
@@ -37,7 +38,7 @@ double slack_of(const BufferView& view) {
   for (const PlanesBoxNode& parent : nodes)
     for (unsigned c = 0; c < kBranching; ++c) {
       if (parent.child[c] == kInvalidRef || !is_box(parent.child[c])) continue;
-      const PlanesBoxNode& child = nodes[(ref_offset(parent.child[c]) - view.nodes.offset) / sizeof(PlanesBoxNode)];
+      const PlanesBoxNode& child = nodes[view.node_number(parent.child[c])];
       std::vector<Box> nephews, siblings;
       for (unsigned k = 0; k < kBranching; ++k) {
         if (child.child[k] != kInvalidRef) nephews.push_back(PlanesLayout::box(child, k));

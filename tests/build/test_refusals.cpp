@@ -158,12 +158,16 @@ TEST_CASE("more nodes and leaves than a 32-bit reference addresses are refused w
   // Header and section table take 384 bytes: three nodes.
   const std::uint64_t nodes = (std::uint64_t{1} << 28) - 4;
   CHECK(build::check_addresses(NodeLayout::kFloat, nodes, 0).has_value());
-  CHECK(build::check_addresses(NodeLayout::kPlanes, nodes - 1, 1).has_value());
+  CHECK(build::check_addresses(NodeLayout::kFloat, nodes - 1, 1).has_value());
   CHECK(build::check_addresses(NodeLayout::kFloat, nodes - 2, 3).has_value());
   // Nodes of 64 bytes: twice as many less one, as the leaves start at a multiple of 128.
   CHECK(build::check_addresses(NodeLayout::kHalf, 2 * nodes, 1).has_value());
   CHECK(build::check_addresses(NodeLayout::kQuantized, 2 * nodes - 1, 1).has_value());
   CHECK_FALSE(build::check_addresses(NodeLayout::kQuantized, 2 * nodes + 1, 1).has_value());
+  // 64 nodes of planes and the gap behind them: 129 times 64 bytes.
+  const std::uint64_t blocks = 2 * nodes / 129;
+  CHECK(build::check_addresses(NodeLayout::kPlanes, 64 * blocks, 0).has_value());
+  CHECK_FALSE(build::check_addresses(NodeLayout::kPlanes, 64 * (blocks + 1), 0).has_value());
   const auto refused = build::check_addresses(NodeLayout::kPlanes, nodes, 3);
   REQUIRE_FALSE(refused.has_value());
   CHECK(refused.error().code == ErrorCode::kTooLarge);

@@ -6,6 +6,7 @@
 #include <hiprt_build/format/view.h>
 
 #include <tests/catch.h>
+#include <tests/oracle/nodes_of.h>
 
 #include <cmath>
 
@@ -16,7 +17,7 @@ template <class Layout> class Contents {
  public:
   explicit Contents(const BufferView& view)
       : view_(view),
-        nodes_(view.records<typename Layout::Node>(view.nodes)),
+        nodes_(oracle::nodes_of<typename Layout::Node>(view)),
         leaves_(view.records<typename Layout::Leaf>(view.leaves)) {}
 
   Box below(NodeRef ref) const {
@@ -34,15 +35,13 @@ template <class Layout> class Contents {
       if ((leaves_[i].info.geometry_and_flags & kLastInRun) != 0) return box;
     }
   }
-  std::span<const typename Layout::Node> nodes() const { return nodes_; }
+  const std::vector<typename Layout::Node>& nodes() const { return nodes_; }
 
  private:
-  const typename Layout::Node& node(NodeRef ref) const {
-    return nodes_[(ref_offset(ref) - view_.nodes.offset) / sizeof(typename Layout::Node)];
-  }
+  const typename Layout::Node& node(NodeRef ref) const { return nodes_[view_.node_number(ref)]; }
 
   const BufferView& view_;
-  std::span<const typename Layout::Node> nodes_;
+  std::vector<typename Layout::Node> nodes_;
   std::span<const typename Layout::Leaf> leaves_;
 };
 

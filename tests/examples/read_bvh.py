@@ -55,7 +55,7 @@ class Bvh:
             name, record = ("kNodes", NODES[self.layout - 1]) if entry["kind"] == 1 else KINDS.get(
                 int(entry["kind"]), (None, None))
             if name:  # Unknown kinds are skipped; those with flag bit 0 would be an error.
-                self.sections[name] = np.frombuffer(data, record, entry["count"], int(entry["offset"]))
+                self.sections[name] = self._records(record, entry)
             elif entry["flags"] & 1:
                 raise ValueError(f"section kind {entry['kind']} is required and unknown")
         self.leaves = self.sections["kLeaves"]
@@ -63,6 +63,16 @@ class Bvh:
         self.last_in_run = self.leaves["geometry_and_flags"] >> 31 == 1
         self.custom = self.sections["kGeometries"]["flags"][self.geometry] & 1 == 1
         self.child, self.box = self._nodes(self.sections["kNodes"])
+
+    def _records(self, record, entry):
+        record, count, stride = np.dtype(record), int(entry["count"]), int(entry["stride"])
+        if stride == record.itemsize:
+            return np.frombuffer(self.data, record, count, int(entry["offset"]))
+        # Nodes of 128 bytes: after every 64 of them a stride of 64 bytes is unused.
+        number = np.arange(count // 129 * 64 + count % 129 // 2)
+        units = np.frombuffer(self.data, ("V", stride), count, int(entry["offset"]))
+        first = 2 * number + number // 64
+        return units[first[:, None] + [0, 1]].view(record)[:, 0]
 
     def _nodes(self, nodes):
         if self.layout == QUANTIZED:

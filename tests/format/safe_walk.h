@@ -26,7 +26,7 @@ class SafeWalk {
 
  private:
   struct Section {
-    std::uint64_t offset, count;
+    std::uint64_t offset, count, stride;
   };
 
   template <class T> T read(std::uint64_t offset) {
@@ -42,19 +42,20 @@ class SafeWalk {
     layout_ = read<std::uint32_t>(12);
     const auto count = read<std::uint32_t>(40);
     for (std::uint64_t at = 128; at < 128 + 32 * std::uint64_t{count}; at += 32)
-      section_[read<std::uint32_t>(at)] = {read<std::uint64_t>(at + 8), read<std::uint64_t>(at + 16)};
+      section_[read<std::uint32_t>(at)] = {read<std::uint64_t>(at + 8), read<std::uint64_t>(at + 16),
+                                           read<std::uint64_t>(at + 24)};
   }
 
-  bool inside(std::uint64_t offset, std::uint32_t kind, std::uint64_t stride) {
+  bool inside(std::uint64_t offset, std::uint32_t kind) {
     const Section section = section_[kind];
-    if (offset >= section.offset && offset < section.offset + section.count * stride) return true;
+    if (offset >= section.offset && offset < section.offset + section.count * section.stride) return true;
     problem_ = "reference out of its section";
     return false;
   }
 
   void walk_run(std::uint64_t offset, bool custom) {
     for (;; offset += 64) {
-      if (!inside(offset, 2, 64)) return;
+      if (!inside(offset, 2)) return;
       const auto geometry = read<std::uint32_t>(offset + 56);
       if ((geometry & 0x0fffffffu) >= section_[4].count) problem_ = "geometry id";
       const std::uint64_t record = section_[4].offset + 32 * (geometry & 0x0fffffffu);
@@ -95,7 +96,7 @@ class SafeWalk {
       const std::uint64_t offset = std::uint64_t{current >> 3} * 64;
       if ((current & 7u) == 0 || (current & 7u) == 7)
         walk_run(offset, (current & 7u) == 7);
-      else if ((current & 7u) == (layout_ == 3 ? 4u : 5u) && inside(offset, 1, layout_ < 3 ? 128 : 64))
+      else if ((current & 7u) == (layout_ == 3 ? 4u : 5u) && inside(offset, 1))
         children = read_children(offset, backward);
       else
         problem_ = "node type";

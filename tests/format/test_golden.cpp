@@ -7,6 +7,7 @@
 #include <hiprt_device/format/layout.h>
 
 #include <tests/catch.h>
+#include <tests/oracle/nodes_of.h>
 
 #include <array>
 #include <bit>
@@ -45,7 +46,7 @@ bool same_box(const Box& a, const Box& b) {
 }
 
 template <class Layout> void check_decoded(const BufferView& view, const TestScene& scene) {
-  const auto nodes = view.records<typename Layout::Node>(view.nodes);
+  const auto nodes = oracle::nodes_of<typename Layout::Node>(view);
   const auto leaves = view.records<typename Layout::Leaf>(view.leaves);
   REQUIRE(nodes.size() == 2);
   REQUIRE(leaves.size() == 4);
@@ -107,7 +108,7 @@ TEST_CASE("the golden file with custom leaves matches the specification") {
   CHECK(view->geometries[0].flags == 0);
   CHECK(view->geometries[1].flags == custom_geometry_flags(7));
   CHECK(geometry_type(view->geometries[1].flags) == 7);
-  const auto nodes = view->records<PlanesBoxNode>(view->nodes);
+  const auto nodes = oracle::nodes_of<PlanesBoxNode>(*view);
   const auto leaves = view->records<PlanesLeaf>(view->leaves);
   CHECK(ref_type(nodes[0].child[2]) == NodeType::kProcedural);
   CHECK(nodes[0].child_flags == (kChildOnlyOpaque | (kChildOnlyOpaque | kChildOnlyProcedural) << 16));

@@ -282,7 +282,7 @@ TEST_CASE("numbers in FORMAT.md's text are the code's") {
   CHECK(kMaxCondition == std::ldexp(1.0f, 40));
   CHECK(kInstanceStackEntries == 3);
   CHECK(kVersionMajor == 1);
-  CHECK(kVersionMinor == 7);
+  CHECK(kVersionMinor == 8);
   CHECK(TriangleId::kCustom == 0xc0);
   CHECK(custom_geometry_flags(kMaxGeometryType) == 0xffffff01u);
   CHECK(mesh_flags(kMaxGeometryType) == 0xffffff00u);

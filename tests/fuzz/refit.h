@@ -20,7 +20,7 @@ template <class Layout> class Refit {
       : file_(file),
         view_(view),
         leaf_boxes_(leaf_boxes),
-        nodes_(reinterpret_cast<typename Layout::Node*>(file.data() + view.nodes.offset)),
+        nodes_(file.data() + view.nodes.offset, view.node_places()),
         leaves_(reinterpret_cast<typename Layout::Leaf*>(file.data() + view.leaves.offset)) {}
 
   void move_primitives(Random& random) {
@@ -33,14 +33,14 @@ template <class Layout> class Refit {
 
   void fit() {
     Box bounds = view_.header->bounds, primitives = format_detail::empty_box();
-    for (std::uint64_t i = view_.nodes.count; i-- > 0;) {
+    for (std::uint64_t i = view_.node_count(); i-- > 0;) {
       Box boxes[kBranching];
       for (unsigned c = 0; c < kBranching; ++c) boxes[c] = content(nodes_[i].child[c], primitives);
       // validate() refuses values that a layout cannot hold.
       Layout::set_boxes(nodes_[i], boxes);
       bounds = union_of(nodes_[i]);
     }
-    if (view_.nodes.count == 0) bounds = content(view_.header->root, primitives);
+    if (view_.node_count() == 0) bounds = content(view_.header->root, primitives);
     if (Layout::kId == NodeLayout::kHalf) bounds = bounded(bounds, primitives);
     file_.put(offsetof(FileHeader, bounds), bounds);
   }
@@ -101,7 +101,7 @@ template <class Layout> class Refit {
   test::TestFile& file_;
   const BufferView& view_;
   std::span<const Box> leaf_boxes_;
-  typename Layout::Node* nodes_;
+  NodeArray<typename Layout::Node> nodes_;
   typename Layout::Leaf* leaves_;
 };
 

@@ -4,6 +4,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
+#include <tests/oracle/nodes_of.h>
 
 #include <algorithm>
 
@@ -30,7 +31,7 @@ inline double common_half_area(const Box& a, const Box& b) {
 template <class Layout> double cost_within(const BufferView& view, const Box& part, const build::SahCosts& costs) {
   // The root is hit by every ray.
   double cost = costs.box_node * half_area(part);
-  for (const auto& node : view.records<typename Layout::Node>(view.nodes))
+  for (const auto& node : nodes_of<typename Layout::Node>(view))
     for (unsigned child = 0; child < kBranching; ++child)
       if (node.child[child] != kInvalidRef)
         cost += (is_box(node.child[child]) ? costs.box_node : costs.leaf) *

@@ -57,7 +57,8 @@ TEST_CASE("Programs: every layout is built, described and dumped") {
     CHECK(info["layout"] == layout);
     CHECK(info["version"] == json{kVersionMajor, kVersionMinor});
     CHECK(info["provenance"]["options"]["nodes"] == layout);
-    CHECK(info["sections"][0]["stride"] == (layout == "float" || layout == "planes" ? 128 : 64));
+    // Nodes of planes have gaps: there are more than 64.
+    CHECK(info["sections"][0]["stride"] == (layout == "float" ? 128 : 64));
     CHECK(info["tree"] == built["tree"]);
     CHECK(info["bytes_per_triangle"].get<double>() == built["bytes_per_triangle"].get<double>());
     const std::vector<json> nodes = dumped(bvh, "node");

@@ -41,6 +41,19 @@ inline Mesh tiles() {
 /// Geometry 1, with mask 2: one triangle beside the tiles.
 inline Mesh flag() { return {{{6, 0, 0}, {7, 0, 0}, {6, 1, 0}}, {{0, 1, 2}}}; }
 
+inline constexpr unsigned kField = 200;
+
+/// Squares in a row: more than 64 nodes. Square i is triangles 2i and 2i + 1.
+inline Mesh field() {
+  Mesh mesh;
+  for (unsigned i = 0; i < kField; ++i) {
+    const float x = 2 * static_cast<float>(i), z = 0.25f * static_cast<float>(i % 5);
+    mesh.positions.insert(mesh.positions.end(), {{x, 0, z}, {x + 1, 0, z}, {x, 1, z}, {x + 1, 1, z}});
+    mesh.triangles.insert(mesh.triangles.end(), {{4 * i, 4 * i + 1, 4 * i + 2}, {4 * i + 1, 4 * i + 3, 4 * i + 2}});
+  }
+  return mesh;
+}
+
 inline constexpr unsigned kSlivers = 12;
 
 /// Long diagonal triangles, triangle i at z = i / 4: builders with spatial splits put them into several leaves.

@@ -46,7 +46,10 @@ def check_node(bvh, record, what):
         # A reference is an offset in the file, and a type.
         name = start[child["ref"] & 7]
         array = bvh.sections[name]
-        index = ((child["ref"] >> 3) * 64 - bvh.offset_of[name]) // array.itemsize
+        offset = (child["ref"] >> 3) * 64 - bvh.offset_of[name]
+        index = offset // array.itemsize
+        if name == "kNodes" and bvh.has_gaps:
+            index = offset // (64 * 128 + 64) * 64 + offset % (64 * 128 + 64) // 128
         check(index, child["node" if name == "kNodes" else "leaf"], what)
     compared["nodes"] += 1
 
@@ -103,6 +106,7 @@ def check_file(bvhinfo, path, what):
     info = json.loads(run())
     check_header(bvh, info, what)
     names = {1: "kNodes", 2: "kLeaves"}
+    bvh.has_gaps = any(s["kind"] == 1 and s["stride"] != bvh.sections["kNodes"].itemsize for s in info["sections"])
     bvh.offset_of = {names[s["kind"]]: s["offset"] for s in info["sections"] if s["kind"] in names}
     records = [json.loads(line) for line in run("--dump").splitlines()]
     triangles, customs = bvh.triangles(), bvh.customs()

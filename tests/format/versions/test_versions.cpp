@@ -87,6 +87,7 @@ const std::map<std::string, Content> kContents{
     {"quantized", {NodeLayout::kQuantized, bits({kTriangles, kMasks}), 2, 14, 1}},
     {"split", {NodeLayout::kPlanes, bits({kTriangles, kSplitReferences}), 1, kSlivers, 0}},
     {"empty", {NodeLayout::kFloat, 0, 0, 0, 0}},
+    {"gaps", {NodeLayout::kPlanes, bits({kTriangles}), 1, 2 * kField, 0}},
     {"customs", {NodeLayout::kPlanes, bits({kTriangles, kCustom}), 2, 18, 2}},
     {"customs_half", {NodeLayout::kHalf, bits({kTriangles, kCustom}), 2, 18, 2}},
     {"instances", {NodeLayout::kPlanes, bits({kTriangles, kMasks, kInstances}), 1, 3, 0}},
@@ -104,6 +105,7 @@ const std::map<std::string, Content> kContents{
 unsigned first_minor(const std::string& name) {
   if (name == "float" || name == "planes" || name == "split" || name == "empty") return 0;
   if (name == "half" || name == "quantized" || name.starts_with("customs")) return 1;
+  if (name == "gaps") return 8;
   if (name.starts_with("moving")) return 7;
   return name == "widened" ? 6 : name == "types" ? 5 : name.starts_with("shape") ? 3 : 2;
 }
@@ -248,9 +250,20 @@ std::vector<Aim> sliver_aims() {
   return aims;
 }
 
+std::vector<Aim> field_aims() {
+  std::vector<Aim> aims;
+  for (std::uint32_t i = 0; i < kField; ++i) {
+    const double x = 2.0 * i, z = 0.25 * (i % 5);
+    aims.push_back({{x + 0.25, 0.25, z}, 0, 2 * i});
+    aims.push_back({{x + 0.75, 0.75, z}, 0, 2 * i + 1});
+  }
+  return aims;
+}
+
 std::vector<Aim> aims_of(const std::string& name) {
   if (name == "empty") return {};
   if (name == "split") return sliver_aims();
+  if (name == "gaps") return field_aims();
   if (name == "instances" || name == "instances_half") return in_three(tile_aims());
   if (name == "shape_instances") return in_three(shape_aims());
   if (name == "shapes") return shape_aims();
@@ -309,6 +322,7 @@ TEST_CASE("files of every version are valid and hold their input") {
     CHECK(view.primitive_map.size() == content.primitives + hidden);
     CHECK(valid->dropped == content.dropped);
     CHECK((view.header->box_margin > 0.0f) == (golden.name == "widened"));
+    CHECK(view.node_places().has_gaps() == (golden.name == "gaps"));
     CHECK(view.provenance.find("write_files") != std::string_view::npos);
     if (golden.name.starts_with("customs")) CHECK(geometry_type(view.geometries[1].flags) == kBoxType);
     if (golden.name == "types")

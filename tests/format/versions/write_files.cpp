@@ -66,11 +66,20 @@ void write_triangles() {
   splits.builder = build::Builder::kEmbreeHigh;
 #else
   splits.builder = build::Builder::kSbvh;
+#if GOLDEN_MINOR >= 8
+  // Spatial splits do not pay in so small a scene.
+  splits.builder = build::Builder::kHploc;
+  splits.presplit_budget = 2;
+#endif
   write("half", build::build(meshes, in_layout(NodeLayout::kHalf)));
   write("quantized", build::build(meshes, in_layout(NodeLayout::kQuantized)));
 #endif
   write("split", build::build(cut, splits));
   write("empty", build::build(std::vector<build::TriangleMesh>{}, in_layout(NodeLayout::kFloat)));
+#if GOLDEN_MINOR >= 8
+  const Mesh row = field();
+  write("gaps", build::build(std::vector<build::TriangleMesh>{view_of(row)}, in_layout(NodeLayout::kPlanes)));
+#endif
 #if GOLDEN_MINOR >= 6
   build::BuildOptions wide = in_layout(NodeLayout::kFloat);
   wide.widen_boxes = true;

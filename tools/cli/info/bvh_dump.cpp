@@ -26,7 +26,9 @@ template <class Layout> json node_json(const BufferView& view, const typename La
     child["max"] = box.max;
     children.push_back(std::move(child));
   }
-  return {{"node", index}, {"byte", view.nodes.offset + index * view.nodes.stride}, {"children", std::move(children)}};
+  return {{"node", index},
+          {"byte", view.nodes.offset + view.node_places().offset(index)},
+          {"children", std::move(children)}};
 }
 
 /// Stored corner that is the mesh's corner k: bits of the triangle-id byte.
@@ -102,8 +104,9 @@ json instance_json(const BufferView& view, std::size_t index) {
 template <class Line> void for_each_record(const BufferView& view, const std::ostream& out, Line&& line) {
   dispatch_layout(view.layout(), [&](auto layout) {
     using Layout = decltype(layout);
-    const auto nodes = view.records<typename Layout::Node>(view.nodes);
-    for (std::size_t i = 0; i < nodes.size() && out; ++i) line(node_json<Layout>(view, nodes[i], i));
+    const auto nodes = view.node_array<typename Layout::Node>();
+    const std::size_t count = view.node_count();
+    for (std::size_t i = 0; i < count && out; ++i) line(node_json<Layout>(view, nodes[i], i));
     const auto leaves = view.records<typename Layout::Leaf>(view.leaves);
     for (std::size_t i = 0; i < leaves.size() && out; ++i)
       line(is_custom(view, leaves[i].info) ? custom_leaf_json(view, custom_leaf(leaves[i]), i)
@@ -162,8 +165,8 @@ void write_instance(const json& record, std::ostream& out) {
 }  // namespace
 
 json target_json(const BufferView& view, NodeRef ref) {
-  const SectionEntry& section = is_box(ref) ? view.nodes : view.leaves;
-  return {{is_box(ref) ? "node" : "leaf", (ref_offset(ref) - section.offset) / section.stride}};
+  if (is_box(ref)) return {{"node", view.node_number(ref)}};
+  return {{"leaf", (ref_offset(ref) - view.leaves.offset) / view.leaves.stride}};
 }
 
 void dump_text(const BufferView& view, std::ostream& out) {
