@@ -80,11 +80,16 @@ template <class Node> class NodeArray {
   NodeArray() = default;
   /// @param first byte of section kNodes.
   HIPRT_HD constexpr NodeArray(Byte* first, NodePlaces places) : first_(first), places_(places) {}
-  HIPRT_HD operator NodeArray<const Node>() const requires(!std::is_const_v<Node>) { return {first_, places_}; }
+  /// From an array of nodes that may change.
+  template <class Other>
+  requires(std::is_same_v<const Other, Node> && !std::is_const_v<Other>)
+      HIPRT_HD NodeArray(const NodeArray<Other>& other)
+      : first_(other.first()), places_(other.places()) {}
 
   HIPRT_HD HIPRT_FORCE_INLINE Node& operator[](std::uint64_t number) const {
     return *reinterpret_cast<Node*>(first_ + places_.offset(number));
   }
+  HIPRT_HD Byte* first() const { return first_; }
   HIPRT_HD const NodePlaces& places() const { return places_; }
   /// Zeroes the gap behind block @p block. @pre another block follows it
   HIPRT_HD void clear_gap(std::uint64_t block) const requires(!std::is_const_v<Node>) {

@@ -92,7 +92,7 @@ template <bool kSpatialSplits> class MediumBuilder {
     BlockRange& range = shared_.range;
     BlockSlabs& slabs = shared_.slabs;
     const std::uint32_t places = range.limit - range.begin;
-    const bool counts_first = range.is_crowded(), tries_whole = tree_.tries_whole(range) && !counts_first;
+    const bool counts_first = range.is_crowded(), tries_whole = tree_.tries_whole() && !counts_first;
     slabs.begin(range, tries_whole);
     if (counts_first) {
       part().for_each([&](const Reference& r) { count_ends(slabs.bins(), slabs.planes, r.box); });

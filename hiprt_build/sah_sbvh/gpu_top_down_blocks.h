@@ -113,7 +113,7 @@ inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDown
     tree.tasks[level % 2][first_task + i] = LargeTask{number, range.begin + i * tree.task};
   tree.object_bins(number).clear(group.lane(), WaveGroup::kLanes);
   tree.slab_bins(number).clear(group.lane(), WaveGroup::kLanes);
-  tree.whole_slabs(number, tree.rules.whole_share != 0.0f).clear(group.lane(), WaveGroup::kLanes);
+  tree.whole_slabs(number, tree.tries_whole()).clear(group.lane(), WaveGroup::kLanes);
   return number;
 }
 

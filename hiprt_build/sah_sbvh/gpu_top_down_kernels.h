@@ -74,7 +74,7 @@ static __global__ void __launch_bounds__(kTaskBlock, 4) bin_spatial(TopDownTree 
     const LargeTask task = tree.tasks[level % 2][t];
     const BlockRange& range = tree.ranges[level % 2][task.range];
     if (range.tries_spatial == 0) continue;
-    const bool counts = range.counted == 0, tries_whole = tree.tries_whole(range) && counts;
+    const bool counts = range.counted == 0, tries_whole = tree.tries_whole() && counts;
     slabs.begin(range, tries_whole);
     slabs.add(tree.geometries, part_of(tree, level, range, task), counts, tries_whole);
     tree.slab_bins(task.range).add(slabs.bins(), threadIdx.x, kTaskBlock);
@@ -90,7 +90,7 @@ static __global__ void __launch_bounds__(kGroupBlock) choose_spatial_splits(TopD
     const std::uint32_t places = range.limit - range.begin;
     const SlabBins bins = tree.slab_bins(number);
     const SpatialSplitRecord cut =
-        best_spatial_split(group, bins, tree.whole_slabs(number, tree.tries_whole(range) && range.counted == 0),
+        best_spatial_split(group, bins, tree.whole_slabs(number, tree.tries_whole() && range.counted == 0),
                            tree.rules.whole_share, range.bounds.box.get(), places);
     const std::uint32_t crossing = sum_slabs(group, bins, range.size(), places).crossing;
     group.sync();

@@ -10,7 +10,7 @@ struct SmallShared {
   union {
     std::uint32_t object_words[ObjectBins::kSize];
     struct {
-      std::uint32_t words[SlabBins::kSize];
+      std::uint32_t words[SlabBins::kSize], whole_words[WholeSlabs::kSize];
       SlabPlanes planes;
       SlabGroups groups;
       SlabQueue<WaveGroup::kLanes> queue;
@@ -90,8 +90,10 @@ template <bool kSpatialSplits> class SmallBuilder {
     rule.kind = rule.objects.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
   }
 
-  /// Small ranges get no splits that cut nothing (kLeastWholeRange).
-  __device__ static WholeSlabs no_whole() { return {nullptr, false}; }
+  /// Not in crowded ranges (TopDownTree::tries_whole()).
+  __device__ WholeSlabs whole(const SmallRange& range) const {
+    return WholeSlabs{shared_.slabs.whole_words, tree_.tries_whole() && !range.is_crowded()};
+  }
 
   /// @param counts whether references are counted, too.
   __device__ void bin_parts(const SmallRange& range, bool counts) const {
@@ -102,7 +104,7 @@ template <bool kSpatialSplits> class SmallBuilder {
     const Reference* references = from(range) + range.begin;
     for (std::uint32_t first = 0; first < range.size(); first += WaveGroup::kLanes) {
       const std::uint32_t i = first + group_.lane();
-      if (i < range.size()) queue.add(bins, no_whole(), planes, groups, load(references + i), i, counts);
+      if (i < range.size()) queue.add(bins, whole(range), planes, groups, load(references + i), i, counts);
       group_.sync();
       queue.work(bins, planes, groups, tree_.geometries, group_.lane(),
                  [&](unsigned number) { return load(references + number); });
@@ -117,6 +119,7 @@ template <bool kSpatialSplits> class SmallBuilder {
     const SlabBins bins{shared_.slabs.words};
     group_.sync();
     bins.clear(group_.lane(), WaveGroup::kLanes);
+    whole(range).clear(group_.lane(), WaveGroup::kLanes);
     SlabPlanes& planes = shared_.slabs.planes;
     fill_planes(planes, rule.box, group_.lane(), WaveGroup::kLanes);
     SlabGroups& groups = shared_.slabs.groups;
@@ -137,7 +140,7 @@ template <bool kSpatialSplits> class SmallBuilder {
       group_.sync();
     }
     bin_parts(range, !counts_first);
-    rule.spatial = best_spatial_split(group_, bins, no_whole(), 1.0f, rule.box, places);
+    rule.spatial = best_spatial_split(group_, bins, whole(range), tree_.rules.whole_share, rule.box, places);
     rule.crossing = crossing_share(sum_slabs(group_, bins, range.size(), places).crossing, range.size());
     if (rule.spatial.cost < rule.objects.cost) rule.kind = SplitKind::kSpatial;
   }

@@ -159,7 +159,7 @@ struct TopDownTree {
   }
   /// @param number of a large range.
   __device__ ObjectBins object_bins(std::uint32_t number) const {
-    return ObjectBins{bins + std::size_t{number} * bin_words(rules.whole_share != 0.0f)};
+    return ObjectBins{bins + std::size_t{number} * bin_words(tries_whole())};
   }
   __device__ SlabBins slab_bins(std::uint32_t number) const {
     return SlabBins{object_bins(number).words + ObjectBins::kSize};
@@ -169,9 +169,7 @@ struct TopDownTree {
     return WholeSlabs{slab_bins(number).words + SlabBins::kSize, used};
   }
   /// Whether splits that cut nothing are tried. Not in crowded ranges: what they cost is most of the time there.
-  __device__ bool tries_whole(const BlockRange& range) const {
-    return rules.whole_share != 0.0f && range.size() >= kLeastWholeRange;
-  }
+  __device__ bool tries_whole() const { return rules.whole_share != 0.0f; }
   /// Whether a range lies so deep, or so much deeper than in a balanced tree, that it is halved by count.
   __device__ bool is_late(const BlockRange& range) const {
     return is_deep(range.depth, range.limit - range.begin) ||

@@ -195,9 +195,9 @@ class SbvhBuilder {
     const SlabPlanes planes = SlabPlanes::over(box);
     const std::size_t most = range.limit - range.begin;
     // Where cuts are counted first, other splits would cost most of the time.
-    const bool tries_whole = rules_.whole_share != 0.0f && range.has_room() && range.size() >= kLeastWholeRange;
-    SpatialSplit best = tries_whole ? bin_slabs<WholeBins>(range, planes).best(planes, most, rules_.whole_share)
-                                    : bin_slabs<SpatialBins>(range, planes).best(planes, most);
+    SpatialSplit best = rules_.whole_share == 0.0f || !range.has_room()
+                            ? bin_slabs<SpatialBins>(range, planes).best(planes, most)
+                            : bin_slabs<WholeBins>(range, planes).best(planes, most, rules_.whole_share);
     if (!(best.cost < cost)) return std::nullopt;
     return cut(range, best);
   }

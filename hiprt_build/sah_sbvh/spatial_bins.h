@@ -16,10 +16,6 @@ inline constexpr int kSpatialBins = 16;
 /// Ranges of fewer references get no spatial split: cuts of the last two gain nothing (decision 0023).
 inline constexpr std::uint32_t kLeastCutRange = 3;
 
-/// Smaller ranges get no splits that cut nothing. Such splits would save another 2 % of the work of rays (five scenes).
-/// Where very many triangles overlap, build_small() would execute 1.14 times as many instructions (gfx1030).
-inline constexpr std::uint32_t kLeastWholeRange = 65;
-
 /// Whether the halves of a range overlap so much that a spatial split is tried. Stich et al. compare with the scene
 /// alone (section 4.5). Cuts where less than a tenth of the range overlaps gain nothing.
 /// @param overlap half the area of what both halves have in common. @param least for the scene. @param area half the
