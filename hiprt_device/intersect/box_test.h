@@ -118,7 +118,8 @@ template <class Lanes> struct RaySlabs {
   ///
   /// The ray then moves by less than the margin within [tmin, tmax] and the scene. So no reciprocal is infinite and no
   /// product is 0 * inf.
-  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs(const Ray& ray, float margin) {
+  /// @param start t from which distances are counted: 0, or with kComparesBits from 0 to the ray's tmin.
+  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs(const Ray& ray, float margin, float start = 0.0f) {
     const float floor = max_component(ray.direction) * 0x1p-26f;
 #if HIPRT_SIMD_LANES
     if constexpr (!Lanes::kScalar) {
@@ -126,16 +127,16 @@ template <class Lanes> struct RaySlabs {
       return;
     }
 #endif
-    prepare(0, ray.origin.x, ray.direction.x, floor, margin);
-    prepare(1, ray.origin.y, ray.direction.y, floor, margin);
-    prepare(2, ray.origin.z, ray.direction.z, floor, margin);
+    prepare(0, ray.origin.x, ray.direction.x, floor, margin, start);
+    prepare(1, ray.origin.y, ray.direction.y, floor, margin, start);
+    prepare(2, ray.origin.z, ray.direction.z, floor, margin, start);
   }
 
-  /// @param origin of the ray whose slabs were saved.
-  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs(const SavedSlabs& saved, const Vec3& origin) {
-    put(0, origin.x, saved.rcp[0], saved.margin);
-    put(1, origin.y, saved.rcp[1], saved.margin);
-    put(2, origin.z, saved.rcp[2], saved.margin);
+  /// @param origin of the ray whose slabs were saved. @param start as it was.
+  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs(const SavedSlabs& saved, const Vec3& origin, float start = 0.0f) {
+    put(0, origin.x, saved.rcp[0], saved.margin, start);
+    put(1, origin.y, saved.rcp[1], saved.margin, start);
+    put(2, origin.z, saved.rcp[2], saved.margin, start);
   }
   /// @param margin with which the slabs were made.
   HIPRT_HD HIPRT_FORCE_INLINE void save(SavedSlabs& saved, float margin) const {
@@ -146,11 +147,12 @@ template <class Lanes> struct RaySlabs {
   }
 
  private:
-  HIPRT_HD HIPRT_FORCE_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin) {
+  HIPRT_HD HIPRT_FORCE_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin,
+                                           float start) {
     const bool down = std::bit_cast<std::int32_t>(direction) < 0;
     const float length = max_of(absolute(direction), floor);
     const float magnitude = within_range(max_of(reciprocal(length), std::numeric_limits<float>::min()));
-    put(axis, origin, down ? -magnitude : magnitude, margin);
+    put(axis, origin, down ? -magnitude : magnitude, margin, start);
   }
 #if HIPRT_SIMD_LANES
   /// prepare() for all axes at once, with the same results.
@@ -181,12 +183,12 @@ template <class Lanes> struct RaySlabs {
     far_offset[kAxis] = Lanes::template spread<kAxis>(far);
   }
 #endif
-  HIPRT_HD HIPRT_FORCE_INLINE void put(unsigned axis, float origin, float signed_rcp, float margin) {
+  HIPRT_HD HIPRT_FORCE_INLINE void put(unsigned axis, float origin, float signed_rcp, float margin, float start) {
     const float widening = margin * absolute(signed_rcp);
     const float offset = -origin * signed_rcp;
     rcp[axis] = Lanes::uniform(signed_rcp);
-    near_offset[axis] = Lanes::uniform(within_range(offset - widening));
-    far_offset[axis] = Lanes::uniform(within_range(offset + widening));
+    near_offset[axis] = Lanes::uniform(within_range(offset - widening - start));
+    far_offset[axis] = Lanes::uniform(within_range(offset + widening - start));
   }
 };
 
@@ -215,6 +217,26 @@ requires(Lanes::kScalar) struct BoxHits<Lanes> {
         enter(first) {}
   HIPRT_HD HIPRT_FORCE_INLINE bool hit(unsigned child) const { return met[child]; }
   HIPRT_HD HIPRT_FORCE_INLINE bool any() const { return met[0] | met[1] | met[2] | met[3]; }
+  /// The children that the ray enters at @p limit or before.
+  HIPRT_HD HIPRT_FORCE_INLINE BoxHits within(float limit) const {
+    BoxHits result = *this;
+    for (unsigned i = 0; i < kBranching; ++i) result.met[i] = met[i] && Lanes::get(enter, i) <= limit;
+    return result;
+  }
+
+  /// The hits of slabs by bits. The ray begins at 0, so a box that it leaves at a negative distance is behind it.
+  /// @param first, last first_by_bits() and last_by_bits(). If both are negative, the box is behind the ray. Then in
+  /// one axis the ray leaves at last's distance or nearer to 0, and has entered before. So the bits of first are above
+  /// those of last, unless the box has no width there and no margin: it may pass.
+  HIPRT_HD static HIPRT_FORCE_INLINE BoxHits by_bits(const typename Lanes::Float& first,
+                                                     const typename Lanes::Float& last, std::uint32_t present) {
+    BoxHits result(first, last, present);
+    for (unsigned i = 0; i < kBranching; ++i)
+      result.met[i] =
+          std::bit_cast<std::int32_t>(Lanes::get(first, i)) <= std::bit_cast<std::int32_t>(Lanes::get(last, i)) &&
+          (present & (1u << i)) != 0;
+    return result;
+  }
 
  private:
   HIPRT_HD static HIPRT_FORCE_INLINE bool meets(const typename Lanes::Float& first, const typename Lanes::Float& last,
@@ -274,15 +296,17 @@ template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
   }
 };
 
-/// Tests the part [tmin, tmax] of the ray. Absent children are never hit.
-template <class Lanes, class Node>
-HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
-                                                           typename Lanes::Uniform tmin, typename Lanes::Uniform tmax) {
+namespace box_test_detail {
+
+/// combine(enter, leave), with functions that say where the ray enters and leaves the four slabs of an axis.
+template <class Lanes, class Node, class Combine>
+HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> combine_slabs(const Node& node, const RaySlabs<Lanes>& ray,
+                                                         Combine&& combine) {
   const NodeSlabs<Lanes, Node> slabs(node, ray);
   // Not a loop over arrays: GCC would keep the loop, and the arrays in memory.
   const auto enter = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
 #if defined(__CUDA_ARCH__)
-    const auto planes = load_side<Lanes, false>(node, axis, Lanes::value(ray.rcp[axis]));
+    const auto planes = load_side<Lanes, false>(node, axis, ray.near_side(axis));
 #else
     const auto planes = load_planes<Lanes>(node, axis, ray.near_side(axis));
 #endif
@@ -290,15 +314,43 @@ HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, con
   };
   const auto leave = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
 #if defined(__CUDA_ARCH__)
-    const auto planes = load_side<Lanes, true>(node, axis, Lanes::value(ray.rcp[axis]));
+    const auto planes = load_side<Lanes, true>(node, axis, ray.near_side(axis));
 #else
     const auto planes = load_planes<Lanes>(node, axis, ray.near_side(axis) ^ 1u);
 #endif
     return Lanes::madd(planes, slabs.rcp(axis), slabs.far_offset(axis));
   };
-  const auto first = Lanes::first_in(enter(0), enter(1), enter(2), tmin);
-  const auto last = Lanes::last_in(leave(0), leave(1), leave(2), tmax);
-  return {first, last, load_present(node)};
+  return combine(enter, leave);
+}
+
+}  // namespace box_test_detail
+
+/// Tests the ray from where its distances are counted. Absent children are never hit.
+///
+/// BoxHits::enter is negative where the ray begins inside of the box.
+template <class Lanes, class Node>
+requires(Lanes::kComparesBits)
+    HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray) {
+  return box_test_detail::combine_slabs<Lanes>(
+      node, ray, [&](const auto& enter, const auto& leave) HIPRT_FORCE_INLINE_LAMBDA {
+        return BoxHits<Lanes>::by_bits(Lanes::first_by_bits(enter(0), enter(1), enter(2)),
+                                       Lanes::last_by_bits(leave(0), leave(1), leave(2)), load_present(node));
+      });
+}
+
+/// Tests the part [tmin, tmax] of the ray. Absent children are never hit.
+/// @pre with kComparesBits tmin is 0
+template <class Lanes, class Node>
+HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
+                                                           typename Lanes::Uniform tmin, typename Lanes::Uniform tmax) {
+  if constexpr (Lanes::kComparesBits)
+    return intersect_boxes<Lanes>(node, ray).within(tmax);
+  else
+    return box_test_detail::combine_slabs<Lanes>(
+        node, ray, [&](const auto& enter, const auto& leave) HIPRT_FORCE_INLINE_LAMBDA {
+          return BoxHits<Lanes>(Lanes::first_in(enter(0), enter(1), enter(2), tmin),
+                                Lanes::last_in(leave(0), leave(1), leave(2), tmax), load_present(node));
+        });
 }
 
 /// Whether the part [tmin, tmax] of the ray meets one box.

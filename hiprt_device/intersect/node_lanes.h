@@ -86,23 +86,22 @@ namespace node_lanes_detail {
 /// logical instructions, which limit coherent rays. The low half of the address does not overflow: a node begins at a
 /// multiple of 64.
 template <bool kFar>
-HIPRT_HD HIPRT_FORCE_INLINE const float* planes_of(const PlanesBoxNode& node, unsigned axis, float direction) {
+HIPRT_HD HIPRT_FORCE_INLINE const float* planes_of(const PlanesBoxNode& node, unsigned axis, unsigned near_side) {
   constexpr int kSide = sizeof(node.plane[0][0]);
   static_assert(alignof(PlanesBoxNode) > kSide);
   const auto address = reinterpret_cast<std::uint64_t>(&node);
   std::uint32_t low;
   asm("mad.lo.u32 %0, %1, %2, %3;"
       : "=r"(low)
-      : "r"(std::bit_cast<std::uint32_t>(direction) >> 31), "r"(kFar ? -kSide : kSide),
-        "r"(static_cast<std::uint32_t>(address) + (kFar ? kSide : 0)));
+      : "r"(near_side), "r"(kFar ? -kSide : kSide), "r"(static_cast<std::uint32_t>(address) + (kFar ? kSide : 0)));
   return reinterpret_cast<const PlanesBoxNode*>((address & 0xffffffff00000000u) | low)->plane[axis][0];
 }
 
 /// Near planes in the low halves of four words, far planes in the high ones.
-HIPRT_HD HIPRT_FORCE_INLINE Words near_and_far(const HalfBoxNode& node, unsigned axis, float direction) {
+HIPRT_HD HIPRT_FORCE_INLINE Words near_and_far(const HalfBoxNode& node, unsigned axis, unsigned near_side) {
   const std::uint16_t* first = node.box[0].min;
   const Words words[3] = {load_words(first), load_words(first + 8), load_words(first + 16)};
-  const bool down = std::bit_cast<std::int32_t>(direction) < 0;
+  const bool down = near_side != 0;
   // Of a box's three words {min x, min y}, {min z, max x}, {max y, max z}: two that have the axis.
   const std::uint32_t bytes = axis == 1 ? (down ? 0x3254u : 0x5432u) : (down ? 0x1076u : 0x7610u);
   const auto pick = [&](unsigned child) HIPRT_FORCE_INLINE_LAMBDA {
@@ -114,19 +113,20 @@ HIPRT_HD HIPRT_FORCE_INLINE Words near_and_far(const HalfBoxNode& node, unsigned
 
 }  // namespace node_lanes_detail
 
-/// The planes of one axis that a ray meets first or last (kFar), of four children. @param direction of the ray along
-/// the axis.
+/// The planes of one axis that a ray meets first or last (kFar), of four children. @param near_side that of RaySlabs.
 template <class Lanes, bool kFar, class Node>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const Node& node, unsigned axis, float direction) {
-  return load_planes<Lanes>(node, axis, std::bit_cast<std::uint32_t>(direction) >> 31 ^ (kFar ? 1u : 0u));
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const Node& node, unsigned axis, unsigned near_side) {
+  return load_planes<Lanes>(node, axis, near_side ^ (kFar ? 1u : 0u));
 }
 template <class Lanes, bool kFar>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const PlanesBoxNode& node, unsigned axis, float direction) {
-  return Lanes::load(node_lanes_detail::planes_of<kFar>(node, axis, direction));
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const PlanesBoxNode& node, unsigned axis,
+                                                            unsigned near_side) {
+  return Lanes::load(node_lanes_detail::planes_of<kFar>(node, axis, near_side));
 }
 template <class Lanes, bool kFar>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const HalfBoxNode& node, unsigned axis, float direction) {
-  const Words both = node_lanes_detail::near_and_far(node, axis, direction);
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_side(const HalfBoxNode& node, unsigned axis,
+                                                            unsigned near_side) {
+  const Words both = node_lanes_detail::near_and_far(node, axis, near_side);
   const auto half = [&](unsigned child) HIPRT_FORCE_INLINE_LAMBDA {
     return kFar ? both.word[child] >> 16 : both.word[child] & 0xffffu;
   };

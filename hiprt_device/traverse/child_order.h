@@ -12,12 +12,14 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace order_detail {
 
+inline constexpr float kMissed = std::numeric_limits<float>::infinity();
+
 struct Child {
   float enter;  ///< t where the ray enters the box; kMissed if it does not meet the box.
   NodeRef ref;
-};
 
-inline constexpr float kMissed = std::numeric_limits<float>::infinity();
+  HIPRT_HD HIPRT_FORCE_INLINE bool counts() const { return enter < kMissed; }
+};
 
 template <class Lanes>
 HIPRT_HD HIPRT_FORCE_INLINE Child child_of(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, unsigned i) {
@@ -34,29 +36,56 @@ template <class Backtrack> HIPRT_HD HIPRT_FORCE_INLINE void sort(Child& a, Child
 
 // Functors, because NVRTC treats generic lambdas as host code.
 
-/// All met children except the nearest, as an argument of later_some().
-struct EachLater {
-  const Child &farthest, &middle, &nearer;
+/// A child by the bits of its distance, which have the order of distances that are not negative.
+struct Key {
+  std::int32_t bits;
+  NodeRef ref;
+};
+/// The bits of a child that is not met: above all numbers, and a NaN, which is within no limit.
+inline constexpr std::int32_t kMissedBits = 0x7fffffff;
+
+HIPRT_HD HIPRT_FORCE_INLINE void sort(Key& a, Key& b) {
+  const bool swap = b.bits < a.bits;
+  const Key low{swap ? b.bits : a.bits, swap ? b.ref : a.ref};
+  b = Key{swap ? a.bits : b.bits, swap ? a.ref : b.ref};
+  a = low;
+}
+
+/// The child of a key. It counts if the ray enters it at the limit or before.
+struct ChildWithin {
+  float enter;
+  NodeRef ref;
+  float limit;
+
+  HIPRT_HD HIPRT_FORCE_INLINE ChildWithin(const Key& key, float last)
+      : enter(std::bit_cast<float>(key.bits)), ref(key.ref), limit(last) {}
+  HIPRT_HD HIPRT_FORCE_INLINE bool counts() const { return enter <= limit; }
+};
+
+/// All children that count except the nearest, as an argument of later_some().
+template <class Child> struct EachLater {
+  Child farthest, middle, nearer;
 
   /// Calls later(entry), the farthest first.
   template <class Later> HIPRT_HD HIPRT_FORCE_INLINE void operator()(Later&& later) const {
-    if (farthest.enter < kMissed) later(make_entry(farthest.enter, farthest.ref));
-    if (middle.enter < kMissed) later(make_entry(middle.enter, middle.ref));
-    if (nearer.enter < kMissed) later(make_entry(nearer.enter, nearer.ref));
+    if (farthest.counts()) later(make_entry(farthest.enter, farthest.ref));
+    if (middle.counts()) later(make_entry(middle.enter, middle.ref));
+    if (nearer.counts()) later(make_entry(nearer.enter, nearer.ref));
   }
 };
 
-/// The same of children that are sorted, so that missed ones are the farthest.
-struct EachSorted : EachLater {
+/// The same of children that are sorted, so that those which do not count are the farthest.
+template <class Child> struct EachSorted : EachLater<Child> {
+  using EachLater<Child>::farthest, EachLater<Child>::middle, EachLater<Child>::nearer;
+
   HIPRT_HD HIPRT_FORCE_INLINE unsigned count() const {
-    return (farthest.enter < kMissed ? 1u : 0u) + (middle.enter < kMissed ? 1u : 0u) +
-           (nearer.enter < kMissed ? 1u : 0u);
+    return (farthest.counts() ? 1u : 0u) + (middle.counts() ? 1u : 0u) + (nearer.counts() ? 1u : 0u);
   }
   /// Calls put(place, entry) with the places -1, -2 and -3, relative to the end of the stack when all are pushed.
   template <class Put> HIPRT_HD HIPRT_FORCE_INLINE void put_below_end(Put&& put) const {
-    if (nearer.enter < kMissed) put(-1, make_entry(nearer.enter, nearer.ref));
-    if (middle.enter < kMissed) put(-2, make_entry(middle.enter, middle.ref));
-    if (farthest.enter < kMissed) put(-3, make_entry(farthest.enter, farthest.ref));
+    if (nearer.counts()) put(-1, make_entry(nearer.enter, nearer.ref));
+    if (middle.counts()) put(-2, make_entry(middle.enter, middle.ref));
+    if (farthest.counts()) put(-3, make_entry(farthest.enter, farthest.ref));
   }
 };
 
@@ -88,6 +117,38 @@ struct NearFirst {
       return next_by_network(child, hits, backtrack);
     else
       return next_by_count(child, hits, backtrack);
+  }
+
+  /// The same for a box test by bits, which has not compared distances with the limit. Here that takes fewer
+  /// comparisons: only those of the children that are pushed.
+  /// @param node that of the children. @param hits of any distance.
+  /// @return what backtrack.pop(limit) does, if no child is met up to the limit.
+  template <class Lanes, class Node, class Backtrack>
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next_within(const Node& node, const BoxHits<Lanes>& hits, float limit,
+                                                         Backtrack& backtrack) {
+    using namespace order_detail;
+    const auto bits = [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA {
+      return hits.hit(i) ? std::bit_cast<std::int32_t>(Lanes::get(hits.enter, i)) : kMissedBits;
+    };
+    const std::int32_t bits0 = bits(0), bits1 = bits(1), bits2 = bits(2), bits3 = bits(3);
+    const bool swap_even = bits2 < bits0, swap_odd = bits3 < bits1;
+    Key a{swap_even ? bits2 : bits0, kInvalidRef}, c{swap_even ? bits0 : bits2, kInvalidRef};
+    Key b{swap_odd ? bits3 : bits1, kInvalidRef}, d{swap_odd ? bits1 : bits3, kInvalidRef};
+    const bool even = ChildWithin(a, limit).counts(), odd = ChildWithin(b, limit).counts();
+    if (!(even | odd)) return backtrack.pop(limit);
+    if (!backtrack.reserve()) return kOverflowRef;
+    // Loaded only if a child is met.
+    const Words child = load_words(node.child);
+    a.ref = swap_even ? child.word[2] : child.word[0];
+    c.ref = swap_even ? child.word[0] : child.word[2];
+    b.ref = swap_odd ? child.word[3] : child.word[1];
+    d.ref = swap_odd ? child.word[1] : child.word[3];
+    order_detail::sort(a, b);
+    order_detail::sort(c, d);
+    order_detail::sort(b, c);
+    using Within = ChildWithin;
+    backtrack.later_some(EachSorted<Within>{{Within(d, limit), Within(c, limit), Within(b, limit)}});
+    return backtrack.follow(make_entry(std::bit_cast<float>(a.bits), a.ref));
   }
 
   HIPRT_HD static HIPRT_FORCE_INLINE unsigned take(std::uint32_t& mask) {
@@ -149,10 +210,14 @@ struct NearFirst {
     order_detail::sort<Backtrack>(a, b);
     order_detail::sort<Backtrack>(c, d);
     order_detail::sort<Backtrack>(b, c);
-    backtrack.later_some(EachSorted{{d, c, b}});
+    backtrack.later_some(EachSorted<Child>{{d, c, b}});
     return backtrack.follow(make_entry(a.enter, a.ref));
   }
 };
+
+/// Whether an order has next_within().
+template <class Order> inline constexpr bool kComparesLimitOf = false;
+template <> inline constexpr bool kComparesLimitOf<NearFirst> = true;
 
 /// Visits the nearest child first and pushes the others in stored order: three compare-exchanges.
 struct NearestFirst {
@@ -171,7 +236,7 @@ struct NearestFirst {
     order_detail::sort<Backtrack>(a, b);
     order_detail::sort<Backtrack>(c, d);
     order_detail::sort<Backtrack>(a, c);
-    backtrack.later_some(EachLater{d, c, b});
+    backtrack.later_some(EachLater<Child>{d, c, b});
     return backtrack.follow(make_entry(a.enter, a.ref));
   }
 };

@@ -37,7 +37,7 @@ template <PolicySet P, class Order, class Test> class RayState {
                                        const Storage& storage)
       : levels_(scene, storage),
         boxes_(ray, scene.bounds, ray.tmax),
-        slabs_(boxes_.ray(ray), margin(scene, ray)),
+        slabs_(boxes_.ray(ray), margin(scene, ray), start(max_of(ray.tmin, Real(0)))),
         choice_(scene, boxes_.ray(ray).origin),
         // Outside instances the traversal tests only boxes, so any prepared ray will do.
         prepared_(kHasLevels && scene.instances != nullptr ? PreparedRay(BasicRay<Real>{}) : PreparedRay(ray)),
@@ -52,9 +52,9 @@ template <PolicySet P, class Order, class Test> class RayState {
   HIPRT_HD HIPRT_FORCE_INLINE void restart(const SceneView& scene, const BasicRay<Real>& ray, Real tmin,
                                            const Storage& storage) {
     tmin_ = tmin;
-    if constexpr (kHasLevels) {
-      levels_.restart(scene);
-      boxes_ = BoxRay<Real>(ray, scene.bounds, ray.tmax);
+    if constexpr (kHasLevels) levels_.restart(scene);
+    if constexpr (kHasLevels || kCountsFromStart) {
+      boxes_ = box_ray(ray, scene.bounds, ray.tmax);
       prepare(ray, margin(scene, ray));
       save_slabs(scene.instances != nullptr, margin(scene, ray));
     }
@@ -111,12 +111,34 @@ template <PolicySet P, class Order, class Test> class RayState {
   using PreparedRay = typename Test::template PreparedRay<Lanes>;
   static constexpr bool kTestSorts = SortingBoxTest<typename P::Boxes, Layout, Lanes>;
   static constexpr bool kHasLevels = P::kLevels != 0;
+  /// The lanes that test boxes.
+  using BoxLanes = std::conditional_t<kHasLevels || kTestSorts, Lanes, FlatLanes<Lanes>>;
   static_assert(!kTestSorts || std::is_same_v<Real, float>,
                 "hiprt: double rays cannot be used with a box test that sorts");
   static constexpr bool kObserved = TraversalObserver<typename P::Counter>;
   static_assert(!kObserved || !kTestSorts, "hiprt: an observer cannot be used with a box test that sorts");
   static_assert(!kHasLevels || (!kTestSorts && !BacktrackingStack<typename P::Stack>),
                 "hiprt: Instanced cannot be used with a restart trail or a box test that sorts");
+
+  /// Whether distances to boxes are counted from tmin_. Rays in double are counted from a point of their own (BoxRay),
+  /// which is not before tmin_ then.
+  static constexpr bool kCountsFromStart = BoxLanes::kComparesBits && !kTestSorts;
+  HIPRT_HD static HIPRT_FORCE_INLINE float start([[maybe_unused]] Real tmin) {
+    if constexpr (kCountsFromStart && std::is_same_v<Real, float>)
+      return tmin;
+    else
+      return 0.0f;
+  }
+  /// The form that tests boxes of a ray that begins at tmin_.
+  HIPRT_HD HIPRT_FORCE_INLINE BoxRay<Real> box_ray(const BasicRay<Real>& ray, const Box& bounds, Real limit) const {
+    if constexpr (!kCountsFromStart || std::is_same_v<Real, float>) return BoxRay<Real>(ray, bounds, limit);
+    BasicRay<Real> rest = ray;
+    rest.tmin = tmin_;
+    return BoxRay<Real>(rest, bounds, limit);
+  }
+  /// The part of the ray that box tests are about, as distances.
+  HIPRT_HD HIPRT_FORCE_INLINE float near_end() const { return kCountsFromStart ? 0.0f : boxes_.near_end(tmin_); }
+  HIPRT_HD HIPRT_FORCE_INLINE float far_end(Real limit) const { return boxes_.far_end(limit) - start(tmin_); }
 
   /// Whether a register keeps where the file begins. With levels one does in any case.
   static constexpr bool kKeepsBase = !kHasLevels && P::kViewInMemory;
@@ -189,10 +211,9 @@ template <PolicySet P, class Order, class Test> class RayState {
         levels_.leave(scene);
         if constexpr (!std::is_empty_v<BoxRay<Real>>) {
           const ObjectRecord* object = levels_.object();
-          boxes_ =
-              BoxRay<Real>(levels_.ray(scene, ray.get()), object == nullptr ? scene.bounds : object->bounds, limit);
+          boxes_ = box_ray(levels_.ray(scene, ray.get()), object == nullptr ? scene.bounds : object->bounds, limit);
         }
-        node_ = backtrack_.pop(boxes_.far_end(limit));
+        node_ = backtrack_.pop(far_end(limit));
       } while (node_ == kExitRef);
       // Outside there are only instances: no triangle is tested.
       if (!is_end(node_)) slabs_ = slabs_outside(scene, ray);
@@ -204,10 +225,10 @@ template <PolicySet P, class Order, class Test> class RayState {
   /// @param local the ray as the object sees it.
   HIPRT_HD HIPRT_FORCE_INLINE void begin_object(const ObjectRecord& in_file, const BasicRay<Real>& local, Real limit) {
     const ObjectRecord object = load_record(in_file);
-    boxes_ = BoxRay<Real>(local, object.bounds, limit);
+    boxes_ = box_ray(local, object.bounds, limit);
     // A group of instances has no triangles: only its boxes are tested.
     if (P::kLevels > 1 && object.instances != 0) {
-      slabs_ = RaySlabs<Lanes>(boxes_.ray(local), margin(object, local));
+      slabs_ = RaySlabs<BoxLanes>(boxes_.ray(local), margin(object, local), start(tmin_));
       save_slabs(true, margin(object, local));
       prepared_ = PreparedRay(BasicRay<Real>{});
     } else {
@@ -216,8 +237,8 @@ template <PolicySet P, class Order, class Test> class RayState {
   }
 
   /// The slabs of the file of instances that the ray is in.
-  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs<Lanes> slabs_outside(const SceneView& scene, const QueryRay& ray) const {
-    return RaySlabs<Lanes>(levels_.slabs(), boxes_.ray(levels_.ray(scene, ray.get())).origin);
+  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs<BoxLanes> slabs_outside(const SceneView& scene, const QueryRay& ray) const {
+    return RaySlabs<BoxLanes>(levels_.slabs(), boxes_.ray(levels_.ray(scene, ray.get())).origin, start(tmin_));
   }
   HIPRT_HD HIPRT_FORCE_INLINE float margin(const SceneView& scene, const BasicRay<Real>& ray) const {
     const Vec3& origin = boxes_.ray(ray).origin;
@@ -227,7 +248,7 @@ template <PolicySet P, class Order, class Test> class RayState {
     return boxes_.margin(P::Boxes::margin(origin, scene.bounds), 0.0f, 0.0f);
   }
   HIPRT_HD HIPRT_FORCE_INLINE void prepare(const BasicRay<Real>& ray, float margin) {
-    slabs_ = RaySlabs<Lanes>(boxes_.ray(ray), margin);
+    slabs_ = RaySlabs<BoxLanes>(boxes_.ray(ray), margin, start(tmin_));
     prepared_ = PreparedRay(ray);
   }
 
@@ -253,7 +274,7 @@ template <PolicySet P, class Order, class Test> class RayState {
       const bool moves = P::kMoves && (scene.features & feature_bit(Feature::kMovingBoxes)) != 0;
       if (moves || kRounded) {
         const Box box = moves ? box_at(leaf.box, shutter_fraction(scene, ray.get().time)) : leaf.box[0];
-        return meets_box<Lanes>(box, slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit));
+        return meets_box<BoxLanes>(box, slabs_, near_end(), far_end(limit));
       }
     }
     return true;
@@ -292,7 +313,7 @@ template <PolicySet P, class Order, class Test> class RayState {
   Levels<P::kLevels, P::kMoves, Real> levels_;
   [[no_unique_address]] std::conditional_t<kKeepsBase, Base, NoBase> base_;
   [[no_unique_address]] BoxRay<Real> boxes_;
-  RaySlabs<Lanes> slabs_;
+  RaySlabs<BoxLanes> slabs_;
   [[no_unique_address]] typename ChoiceOf<kTestSorts, typename P::Boxes>::Type choice_;
   PreparedRay prepared_;
   Real tmin_;

@@ -41,7 +41,8 @@ template <unsigned kFetchBelow = 12, unsigned kSearchAbove = 4> struct WholeWave
   static_assert(kSearchAbove < 32, "hiprt: WholeWave: kSearchAbove must be below 32");
   static constexpr bool kTogether = true;
   static constexpr bool kBatchOnly = true;
-  /// Nodes that a lane visits between two votes, outside scenes of instances. On AMD it has not been measured.
+  /// Nodes that a lane visits between two votes. With one level of instances at most 2, with more 1. On AMD it has not
+  /// been measured.
 #if defined(__CUDA_ARCH__)
   static constexpr unsigned kVisits = 3;
 #else
@@ -73,7 +74,7 @@ concept VotingSchedule = requires(LaneMask group, bool searches, bool busy, bool
 ///
 /// kTogether says whether lanes wait for each other. kBatchOnly says whether only trace_batch() may use the schedule.
 /// group() returns the lanes that wait for each other. kVisits, if there is one, is the number of nodes that a lane
-/// visits between two calls of search_on(); 1 with instances.
+/// visits between two calls of search_on(); with instances fewer.
 template <class T>
 concept TraversalSchedule = requires {
   typename std::bool_constant<T::kTogether>;

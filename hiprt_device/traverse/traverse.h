@@ -36,6 +36,7 @@ class Traversal : public RayState<P, Order, Test> {
   using State::kHasLevels, State::kHasUsualStep, State::kObserved, State::kTestSorts;
   using State::levels_, State::boxes_, State::slabs_, State::prepared_, State::tmin_, State::backtrack_, State::node_,
       State::leaf_, State::skip_, State::choice_;
+  using typename State::BoxLanes;
 
  public:
   using State::cancel, State::State;
@@ -63,10 +64,15 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
  private:
-  /// Visits of a lane between two votes of its group. With instances the loop's code would be too large: more visits
-  /// give 0.74 to 0.96 of the speed with up to eight levels (H200).
-  static constexpr unsigned kVisits = kHasLevels ? 1u : kVisitsOf<typename P::Schedule>;
+  /// Visits of a lane between two votes of its group. With instances the loop's code would be too large. With up to
+  /// eight levels more visits give 0.74 to 0.96 of the speed. With one level two give 1.00 to 1.05 (H200).
+  static constexpr unsigned kMostVisits = P::kLevels == 0 ? ~0u : P::kLevels == 1 ? 2u : 1u;
+  static constexpr unsigned kVisits =
+      kMostVisits < kVisitsOf<typename P::Schedule> ? kMostVisits : kVisitsOf<typename P::Schedule>;
   template <class Stop> static constexpr bool kKeepsStop = !std::is_same_v<Stop, NoStop>;
+  /// Whether the order, not the box test, compares distances with the limit.
+  static constexpr bool kOrderComparesLimit =
+      BoxLanes::kComparesBits && !kObserved && !State::Backtrack::kNeedsStableOrder && kComparesLimitOf<Order>;
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
 
@@ -88,7 +94,7 @@ class Traversal : public RayState<P, Order, Test> {
         this->template enter_instance<Primitives>(scene, ray, limit, counter);
         if (leaf_ == kOverflowRef) return Outcome::kFinished;
       }
-      node_ = backtrack_.pop(boxes_.far_end(limit));
+      node_ = backtrack_.pop(this->far_end(limit));
       if constexpr (kHasLevels)
         if (node_ == kExitRef) this->leave_instances(scene, ray, limit, counter);
     }
@@ -195,7 +201,7 @@ class Traversal : public RayState<P, Order, Test> {
       }
     }
     leaf_ = node_;
-    if (!is_end(leaf_)) node_ = backtrack_.pop(boxes_.far_end(limit));
+    if (!is_end(leaf_)) node_ = backtrack_.pop(this->far_end(limit));
   }
 
   /// Tests the boxes of node_. @return the node to visit next.
@@ -213,7 +219,7 @@ class Traversal : public RayState<P, Order, Test> {
     counter.on_boxes();
     const NodeRef top = backtrack_.top();
     const SortedChildren met = P::Boxes::template intersect_usual<Layout>(scene, node_, boxes_.ray(ray.get()), slabs_,
-                                                                          choice_, boxes_.far_end(limit));
+                                                                          choice_, this->far_end(limit));
     return backtrack_.next_usual(met.child, top);
   }
 
@@ -221,7 +227,7 @@ class Traversal : public RayState<P, Order, Test> {
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_any(const SceneView& scene, const QueryRay& ray, Real limit,
                                                 typename P::Counter& counter) {
     counter.on_boxes();
-    const float far_end = boxes_.far_end(limit);
+    const float far_end = this->far_end(limit);
     if constexpr (kTestSorts) {
       const SortedChildren met =
           P::Boxes::template intersect<Layout>(scene, node_, boxes_.ray(ray.get()), slabs_, choice_, far_end);
@@ -233,13 +239,15 @@ class Traversal : public RayState<P, Order, Test> {
 
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
     const Node& node = *reinterpret_cast<const Node*>(this->base(scene) + ref_offset(node_));
-    const BoxHits<Lanes> hits =
-        intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(boxes_.near_end(tmin_)), Lanes::uniform(limit));
+    if constexpr (kOrderComparesLimit)
+      return Order::next_within(node, intersect_boxes<BoxLanes>(node, slabs_), limit, backtrack_);
+    const BoxHits<BoxLanes> hits =
+        intersect_boxes<BoxLanes>(node, slabs_, BoxLanes::uniform(this->near_end()), BoxLanes::uniform(limit));
     if constexpr (kObserved) {
       NodeVisit visit{this->base(scene), node_, {}, {}};
       for (unsigned i = 0; i < kBranching; ++i) {
         visit.met[i] = hits.hit(i);
-        visit.enter[i] = boxes_.t_at(Lanes::get(hits.enter, i));
+        visit.enter[i] = boxes_.t_at(BoxLanes::get(hits.enter, i) + State::start(tmin_));
       }
       counter.on_node(visit);
     }
@@ -302,7 +310,7 @@ class Traversal : public RayState<P, Order, Test> {
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
       if (kResumable && kCountsAnyT<Primitives> && slot < skip_) continue;
       if (primitive == kInvalidId ||
-          !meets_box<Lanes>(leaf.box[slot], slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit)))
+          !meets_box<BoxLanes>(leaf.box[slot], slabs_, this->near_end(), this->far_end(limit)))
         continue;
       const auto report = [&](const BasicCustomHit<Real>& hit) HIPRT_FORCE_INLINE_LAMBDA {
         return offer(BasicCandidate<Real>{hit.t, hit.u, hit.v}, slot, &hit);

@@ -14,23 +14,14 @@ template <class Layout> bool round(NodeBoxes& boxes) {
   return true;
 }
 
-/// For GPUs that have one instruction for the largest of three integers.
-struct BitLanes : ArrayLanes {
-  static Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
-    return map([&](int i) { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });
-  }
-  static Float last_in(const Float& a, const Float& b, const Float& c, Uniform end) {
-    return map([&](int i) { return smaller(smallest_by_bits(a.lane[i], b.lane[i], c.lane[i]), end); });
-  }
-};
-
 template <class Layout, class Lanes, class Policy>
 std::uint32_t passing(const Ray& ray, const NodeBoxes& boxes, const Box& bounds) {
   typename Layout::Node node{};
   Layout::set_boxes(node, boxes.child);
-  const RaySlabs<Lanes> slabs(ray, Policy::margin(ray.origin, bounds));
-  const float tmin = ray.tmin < 0.0f ? 0.0f : ray.tmin;
-  const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, Lanes::uniform(tmin), Lanes::uniform(ray.tmax));
+  const float tmin = ray.tmin < 0.0f ? 0.0f : ray.tmin, start = Lanes::kComparesBits ? tmin : 0.0f;
+  const RaySlabs<Lanes> slabs(ray, Policy::margin(ray.origin, bounds), start);
+  const BoxHits<Lanes> hits =
+      intersect_boxes<Lanes>(node, slabs, Lanes::uniform(tmin - start), Lanes::uniform(ray.tmax - start));
   std::uint32_t mask = 0;
   for (unsigned i = 0; i < kBranching; ++i) mask |= (hits.hit(i) ? 1u : 0u) << i;
   return mask;

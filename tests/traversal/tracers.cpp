@@ -39,6 +39,7 @@ constexpr Tracer tracer(const char* name, bool guaranteed, float weight_error = 
 constexpr Tracer kTracers[] = {
     tracer<Watertight, Conservative, DefaultLanes>("watertight conservative", true),
     tracer<Watertight, Conservative, ArrayLanes>("the same, array lanes", true),
+    tracer<Watertight, Conservative, BitLanes>("the same, by bits", true),
     {"the same, on the host", true, closest_on_host, any_on_host},
     tracer<Watertight, Plain, DefaultLanes>("watertight plain", false),
     tracer<Fast, Conservative, DefaultLanes>("fast conservative", false),
@@ -51,7 +52,7 @@ constexpr Tracer kTracers[] = {
 }  // namespace
 
 std::span<const Tracer> all_tracers() { return kTracers; }
-std::span<const Tracer> default_tracers() { return std::span(kTracers).first(3); }
+std::span<const Tracer> default_tracers() { return std::span(kTracers).first(4); }
 std::uint32_t stack_capacity() { return 192; }
 
 }  // namespace hiprt::checks
