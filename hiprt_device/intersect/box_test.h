@@ -298,30 +298,34 @@ template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
 
 namespace box_test_detail {
 
-/// combine(enter, leave), with functions that say where the ray enters and leaves the four slabs of an axis.
-template <class Lanes, class Node, class Combine>
-HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> combine_slabs(const Node& node, const RaySlabs<Lanes>& ray,
-                                                         Combine&& combine) {
-  const NodeSlabs<Lanes, Node> slabs(node, ray);
-  // Not a loop over arrays: GCC would keep the loop, and the arrays in memory.
-  const auto enter = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
+/// Where a ray enters and leaves the four slabs of an axis. A class, because NVRTC treats generic lambdas as host code.
+template <class Lanes, class Node> class FourSlabs {
+ public:
+  HIPRT_HD HIPRT_FORCE_INLINE FourSlabs(const Node& node, const RaySlabs<Lanes>& ray)
+      : node_(node), ray_(ray), slabs_(node, ray) {}
+
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float enter(unsigned axis) const {
 #if defined(__CUDA_ARCH__)
-    const auto planes = load_side<Lanes, false>(node, axis, ray.near_side(axis));
+    const auto planes = load_side<Lanes, false>(node_, axis, ray_.near_side(axis));
 #else
-    const auto planes = load_planes<Lanes>(node, axis, ray.near_side(axis));
+    const auto planes = load_planes<Lanes>(node_, axis, ray_.near_side(axis));
 #endif
-    return Lanes::madd(planes, slabs.rcp(axis), slabs.near_offset(axis));
-  };
-  const auto leave = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
+    return Lanes::madd(planes, slabs_.rcp(axis), slabs_.near_offset(axis));
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float leave(unsigned axis) const {
 #if defined(__CUDA_ARCH__)
-    const auto planes = load_side<Lanes, true>(node, axis, ray.near_side(axis));
+    const auto planes = load_side<Lanes, true>(node_, axis, ray_.near_side(axis));
 #else
-    const auto planes = load_planes<Lanes>(node, axis, ray.near_side(axis) ^ 1u);
+    const auto planes = load_planes<Lanes>(node_, axis, ray_.near_side(axis) ^ 1u);
 #endif
-    return Lanes::madd(planes, slabs.rcp(axis), slabs.far_offset(axis));
-  };
-  return combine(enter, leave);
-}
+    return Lanes::madd(planes, slabs_.rcp(axis), slabs_.far_offset(axis));
+  }
+
+ private:
+  const Node& node_;
+  const RaySlabs<Lanes>& ray_;
+  const NodeSlabs<Lanes, Node> slabs_;
+};
 
 }  // namespace box_test_detail
 
@@ -331,11 +335,11 @@ HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> combine_slabs(const Node& node, const
 template <class Lanes, class Node>
 requires(Lanes::kComparesBits)
     HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray) {
-  return box_test_detail::combine_slabs<Lanes>(
-      node, ray, [&](const auto& enter, const auto& leave) HIPRT_FORCE_INLINE_LAMBDA {
-        return BoxHits<Lanes>::by_bits(Lanes::first_by_bits(enter(0), enter(1), enter(2)),
-                                       Lanes::last_by_bits(leave(0), leave(1), leave(2)), load_present(node));
-      });
+  // Calls, not loops over arrays: GCC would keep the loops, and the arrays in memory.
+  const box_test_detail::FourSlabs<Lanes, Node> slabs(node, ray);
+  const auto first = Lanes::first_by_bits(slabs.enter(0), slabs.enter(1), slabs.enter(2));
+  const auto last = Lanes::last_by_bits(slabs.leave(0), slabs.leave(1), slabs.leave(2));
+  return BoxHits<Lanes>::by_bits(first, last, load_present(node));
 }
 
 /// Tests the part [tmin, tmax] of the ray. Absent children are never hit.
@@ -343,14 +347,14 @@ requires(Lanes::kComparesBits)
 template <class Lanes, class Node>
 HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
                                                            typename Lanes::Uniform tmin, typename Lanes::Uniform tmax) {
-  if constexpr (Lanes::kComparesBits)
+  if constexpr (Lanes::kComparesBits) {
     return intersect_boxes<Lanes>(node, ray).within(tmax);
-  else
-    return box_test_detail::combine_slabs<Lanes>(
-        node, ray, [&](const auto& enter, const auto& leave) HIPRT_FORCE_INLINE_LAMBDA {
-          return BoxHits<Lanes>(Lanes::first_in(enter(0), enter(1), enter(2), tmin),
-                                Lanes::last_in(leave(0), leave(1), leave(2), tmax), load_present(node));
-        });
+  } else {
+    const box_test_detail::FourSlabs<Lanes, Node> slabs(node, ray);
+    const auto first = Lanes::first_in(slabs.enter(0), slabs.enter(1), slabs.enter(2), tmin);
+    const auto last = Lanes::last_in(slabs.leave(0), slabs.leave(1), slabs.leave(2), tmax);
+    return {first, last, load_present(node)};
+  }
 }
 
 /// Whether the part [tmin, tmax] of the ray meets one box.

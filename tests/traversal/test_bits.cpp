@@ -75,5 +75,5 @@ TEST_CASE("by bits the ray meets boxes from where it begins on", "[boxes]") {
   CHECK(met(Ray{.origin = origin, .tmin = 3, .direction = up}) == 4);
   CHECK(met(Ray{.origin = origin, .tmin = 3.5f, .direction = up}) == 0);
   CHECK(met(Ray{.origin = origin, .direction = up, .tmax = 2}) == 6);
-  CHECK(met(Ray{.origin = {0, 0, 2}, .tmin = 1, .direction = down}) == 2);
+  CHECK(met(Ray{.origin = {0, 0, 2}, .tmin = 1, .direction = down, .tmax = 3}) == 2);
 }
