@@ -19,7 +19,7 @@ NodeRef child_ref(unsigned i) { return make_ref(256 * (i + 1), NodeType::kBox32)
 /// The children of a node at @p limit or before, in the order in which they are visited.
 /// @param rank of their distances, which begin at -1: inside of a box. @param met bit per child: it is met.
 std::vector<NodeRef> visited_within(const unsigned (&rank)[kBranching], std::uint32_t met, float limit) {
-  alignas(16) PlanesBoxNode node{};
+  PlanesBoxNode node{};
   for (unsigned i = 0; i < kBranching; ++i) node.child[i] = child_ref(i);
   const auto at = [&](unsigned i) { return static_cast<float>(rank[i]) - 1.0f; };
   const auto first = BitLanes::set(at(0), at(1), at(2), at(3));
