@@ -1,4 +1,4 @@
-#include <tests/traversal/box_tests.h>
+#include <tests/traversal/boxes/box_tests.h>
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/intersect/box_test.h>

@@ -4,7 +4,7 @@
 #include <hiprt_device/format/layout.h>
 #include <tests/oracle/random.h>
 #include <tests/oracle/ray_box.h>
-#include <tests/traversal/box_tests.h>
+#include <tests/traversal/boxes/box_tests.h>
 #include <tests/traversal/explain.h>
 #include <tests/traversal/workers.h>
 
